@@ -1,0 +1,228 @@
+//! A checked scene in SI units, z up: what all later stages work on.
+//!
+//! In: a scene file (TOML) with the OBJ and CSV files it names. Out: [`Scene`]. Every error names file,
+//! line or object, and what mends it. Inside the program everything is in metres, z up; a y-up file is
+//! turned by (x, y, z) → (x, −z, y), and turned back where a user reads coordinates
+//! ([`Axes::to_user`]).
+
+use std::path::PathBuf;
+
+use glam::DVec3;
+
+use crate::spectrum::{BandMode, Spectrum};
+
+/// Everything a run needs to know.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// Title, for reports.
+    pub title: String,
+    /// Convex planar polygons, metres, z up.
+    pub faces: Vec<Face>,
+    /// Names of OBJ groups and objects; [`Face::object`] points here.
+    pub objects: Vec<String>,
+    /// Materials; [`Face::material`] points here.
+    pub materials: Vec<Material>,
+    /// How the spectrum is to be divided.
+    pub bands: BandMode,
+    /// Where illuminance is asked.
+    pub grids: Vec<Grid>,
+    /// Pictures asked for.
+    pub views: Vec<View>,
+    /// The user's axes.
+    pub axes: Axes,
+    /// Files read, with SHA-256 of their bytes in hexadecimal, in reading order.
+    pub inputs: Vec<InputFile>,
+    /// What a careful reader would tell the user, although the run goes on.
+    pub warnings: Vec<String>,
+}
+
+/// A file that was read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct InputFile {
+    /// As named by the user, relative to the scene file where possible.
+    pub path: PathBuf,
+    /// SHA-256 of the bytes.
+    pub sha256: String,
+}
+
+/// The user's axes against the program's.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Axes {
+    /// z points up in the user's files.
+    #[default]
+    ZUp,
+    /// y points up in the user's files.
+    YUp,
+}
+
+impl Axes {
+    /// User coordinates to the program's (z up).
+    #[must_use]
+    pub fn to_internal(self, p: DVec3) -> DVec3 {
+        match self {
+            Self::ZUp => p,
+            Self::YUp => DVec3::new(p.x, -p.z, p.y),
+        }
+    }
+
+    /// Program coordinates to the user's.
+    #[must_use]
+    pub fn to_user(self, p: DVec3) -> DVec3 {
+        match self {
+            Self::ZUp => p,
+            Self::YUp => DVec3::new(p.x, p.z, -p.y),
+        }
+    }
+}
+
+/// A convex planar polygon, counter-clockwise seen from its front.
+#[derive(Clone, Debug)]
+pub struct Face {
+    /// At least three vertices, metres.
+    pub vertices: Vec<DVec3>,
+    /// Unit normal of the front.
+    pub normal: DVec3,
+    /// Area, m².
+    pub area_m2: f64,
+    /// Index into [`Scene::materials`].
+    pub material: usize,
+    /// Index into [`Scene::objects`].
+    pub object: usize,
+}
+
+/// What a surface does with light.
+#[derive(Clone, Debug)]
+pub struct Material {
+    /// The OBJ's `usemtl` name.
+    pub name: String,
+    /// Reflection and transmission.
+    pub kind: MaterialKind,
+    /// Light of its own.
+    pub emission: Option<Emission>,
+}
+
+/// Reflection and transmission.
+#[derive(Clone, Debug)]
+pub enum MaterialKind {
+    /// Lambertian on both sides.
+    Diffuse {
+        /// Reflectance of the front.
+        front: SpectralValue,
+        /// Reflectance of the back; equals `front` unless the user says otherwise.
+        back: SpectralValue,
+    },
+    /// A plane mirror on both sides.
+    Mirror {
+        /// Specular reflectance.
+        reflectance: SpectralValue,
+    },
+    /// A thin clear pane: passes light straight on, Fresnel reflection at both faces.
+    Glass {
+        /// Measured transmittance at normal incidence (not transmissivity).
+        transmittance: SpectralValue,
+        /// Index of refraction.
+        refractive_index: f64,
+    },
+}
+
+/// A number over the spectrum: reflectance or transmittance.
+#[derive(Clone, Debug)]
+pub enum SpectralValue {
+    /// The same at every wavelength.
+    Grey(f64),
+    /// Linear Rec. 709, D65 white.
+    Rgb([f64; 3]),
+    /// Tabulated.
+    Spectrum(Spectrum),
+}
+
+/// Light of a surface's own, Lambertian.
+#[derive(Clone, Debug)]
+pub struct Emission {
+    /// Spectral radiance, W/(m² sr nm).
+    pub radiance: Spectrum,
+    /// Emits from the back as well as from the front.
+    pub two_sided: bool,
+}
+
+/// Points at which illuminance is asked.
+#[derive(Clone, Debug)]
+pub struct Grid {
+    /// Name, used for files too.
+    pub name: String,
+    /// The points, in the user's order.
+    pub sensors: Vec<Sensor>,
+    /// How they lie, for maps.
+    pub layout: GridLayout,
+}
+
+/// One point and the direction it faces.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sensor {
+    /// Metres, z up.
+    pub position: DVec3,
+    /// Unit vector.
+    pub normal: DVec3,
+    /// The area it stands for, m²; `None` where the grid has no areas (points from a file).
+    pub area_m2: Option<f64>,
+}
+
+/// How the sensors of a grid lie.
+#[derive(Clone, Debug)]
+pub enum GridLayout {
+    /// Cells of a rectangle; `index[v * nu + u]` is the sensor in the cell, if any.
+    Raster {
+        /// Corner of cell (0, 0), metres, z up.
+        origin: DVec3,
+        /// Whole side along u, metres.
+        u: DVec3,
+        /// Whole side along v, metres.
+        v: DVec3,
+        /// Cells along u.
+        nu: usize,
+        /// Cells along v.
+        nv: usize,
+        /// Sensor of each cell.
+        index: Vec<Option<usize>>,
+    },
+    /// No order.
+    Points,
+}
+
+/// A picture asked for.
+#[derive(Clone, Debug)]
+pub struct View {
+    /// Name, used for files too.
+    pub name: String,
+    /// Eye, metres, z up.
+    pub position: DVec3,
+    /// Unit view direction.
+    pub direction: DVec3,
+    /// Unit vector, perpendicular to `direction`, up in the picture.
+    pub up: DVec3,
+    /// Projection.
+    pub projection: Projection,
+    /// Width in pixels.
+    pub width: usize,
+    /// Height in pixels.
+    pub height: usize,
+}
+
+/// How directions become pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Projection {
+    /// A pinhole camera; full angles across the picture, radians.
+    Perspective {
+        /// Horizontal angle.
+        horizontal: f64,
+        /// Vertical angle.
+        vertical: f64,
+    },
+    /// Equidistant (angular) fisheye; full angle across the picture, radians.
+    Fisheye {
+        /// Full angle.
+        angle: f64,
+    },
+    /// Equirectangular, 2π by π.
+    Panorama,
+}
