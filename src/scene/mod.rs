@@ -9,7 +9,7 @@ use std::path::PathBuf;
 
 use glam::DVec3;
 
-use crate::spectrum::{BandMode, Spectrum};
+use crate::spectrum::{BandMode, SpectralValue, Spectrum};
 
 /// Everything a run needs to know.
 #[derive(Clone, Debug)]
@@ -123,17 +123,6 @@ pub enum MaterialKind {
         /// Index of refraction.
         refractive_index: f64,
     },
-}
-
-/// A number over the spectrum: reflectance or transmittance.
-#[derive(Clone, Debug)]
-pub enum SpectralValue {
-    /// The same at every wavelength.
-    Grey(f64),
-    /// Linear Rec. 709, D65 white.
-    Rgb([f64; 3]),
-    /// Tabulated.
-    Spectrum(Spectrum),
 }
 
 /// Light of a surface's own, Lambertian.
