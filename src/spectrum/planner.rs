@@ -115,7 +115,7 @@ const SHARE: f64 = 0.1;
 /// Least chromaticity error worth avoiding, u'v': a just visible step is about 0.002.
 const LEAST_UV: f64 = 2e-3;
 /// Light weaker than this share of the direct light counts less: other light drowns it.
-const FAINT: f64 = 0.1;
+const FAINT: f64 = 0.3;
 /// Highest mean reflectance of the model.
 const MOST_MEAN: f64 = 0.99;
 
