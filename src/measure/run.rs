@@ -129,7 +129,7 @@ fn describe(task: &Task<'_>, a: &Adapted, record: &mut Record) {
         setting("rounds", a.rounds.to_string(), "until 95 % of every grid's sensors hold the tolerance"),
         setting(
             "solver",
-            format!("conjugate gradients, {} products", a.main.solution.products),
+            format!("stabilised bi-conjugate gradients, {} products", a.main.solution.products),
             "relative residual below a hundredth of the tolerance after amplification",
         ),
     ]);

@@ -39,10 +39,11 @@ impl ElementKey {
         self.0 & ((1 << MAX_CUTS) - 1)
     }
 
-    /// Spreads the key over 64 bits: the seed of the element's random numbers.
+    /// The same for all elements of one side of a surface that lie on the same side of its cuts: they share one
+    /// sequence of points.
     #[must_use]
-    pub fn bits(self) -> u64 {
-        self.0
+    pub fn family(self) -> u64 {
+        Self::new(self.surface(), self.front(), 0, self.mask()).0
     }
 }
 
@@ -223,6 +224,14 @@ impl Elements {
         }
     }
 
+    /// Number of the element's cell along a curve that keeps neighbours together (Morton 1966).
+    #[must_use]
+    pub fn morton(&self, element: &Element) -> u32 {
+        let columns = self.grids[element.surface as usize].cells[0];
+        let cell = element.key.cell();
+        spread(cell % columns) | (spread(cell / columns) << 1)
+    }
+
     /// The elements, in the order in which they were made.
     #[must_use]
     pub fn list(&self) -> &[Element] {
@@ -268,6 +277,15 @@ impl SurfaceGrid {
         let high = DVec2::new((iu + 1) as f64, (iv + 1) as f64) * self.step;
         [low, DVec2::new(high.x, low.y), high, DVec2::new(low.x, high.y)]
     }
+}
+
+/// Puts a zero between the bits of a number below 2^16.
+fn spread(x: usize) -> u32 {
+    let x = x as u32 & 0xffff;
+    let x = (x | (x << 8)) & 0x00ff_00ff;
+    let x = (x | (x << 4)) & 0x0f0f_0f0f;
+    let x = (x | (x << 2)) & 0x3333_3333;
+    (x | (x << 1)) & 0x5555_5555
 }
 
 /// Does the segment go through the inside of the rectangle? Running along its border does not count.

@@ -1,16 +1,16 @@
 //! The linear system `B = ρ (D + F B)`, all bands at once.
 //!
-//! In: [`Rows`] and [`Optics`]. Out: [`Solution`]. The sampled rows are first made reciprocal and closed
-//! ([`balance`]), then solved by conjugate gradients on the symmetrised system ([`cg`]): a number of products that
-//! hardly grows as the reflectance goes to one.
+//! In: [`Rows`] and [`Optics`]. Out: [`Solution`]. The sampled rows are first balanced so that flux is conserved
+//! ([`Exchange`]), then solved by a Krylov method ([`Block`]): a number of products that hardly grows as the
+//! reflectance goes to one.
 
-mod balance;
-mod cg;
+mod bicgstab;
+mod exchange;
 
 use rayon::prelude::*;
 
-pub use balance::Exchange;
-pub use cg::{Block, BlockResult, LANES};
+pub use bicgstab::{Block, BlockResult, LANES};
+pub use exchange::Exchange;
 
 use crate::error::{Error, Result};
 use crate::mesh::Elements;
@@ -35,7 +35,7 @@ pub struct Solution {
     pub products: usize,
     /// Largest relative residual over bands and replicas.
     pub residual: f64,
-    /// Largest correction that balancing made to a row, `max |d − 1|` weighted by area.
+    /// Largest correction that balancing made to a set of elements, `|c − 1|`.
     pub balance: f64,
 }
 
@@ -57,7 +57,7 @@ impl Solution {
 pub fn solve(world: &World, optics: &Optics, mesh: &Elements, rows: &Rows, accuracy: f64) -> Result<Solution> {
     let n = mesh.len();
     let replicas = rows.replicas.len();
-    let closure = (1e-2 * accuracy).clamp(1e-10, 1e-5);
+    let closure = (1e-1 * accuracy).clamp(1e-10, 1e-5);
     let exchanges: Vec<Exchange> =
         (0..replicas).into_par_iter().map(|r| Exchange::balanced(mesh, rows, r, closure)).collect();
     check_finite(world, optics, mesh, &exchanges)?;
@@ -66,7 +66,8 @@ pub fn solve(world: &World, optics: &Optics, mesh: &Elements, rows: &Rows, accur
         .into_par_iter()
         .map(|task| {
             let (r, block) = (task / blocks, task % blocks);
-            Block { world, optics, mesh, rows, replica: r, exchange: &exchanges[r], block }.solve(accuracy)
+            let (exchange, other) = (&exchanges[r], &exchanges[(r + 1) % replicas]);
+            Block { world, optics, mesh, rows, replica: r, exchange, other, block }.solve(accuracy)
         })
         .collect();
     let mut solution = Solution {
@@ -105,7 +106,7 @@ impl Solution {
 }
 
 fn check_finite(world: &World, optics: &Optics, mesh: &Elements, exchanges: &[Exchange]) -> Result<()> {
-    let leaks = exchanges.iter().any(|e| e.open > 0.0);
+    let leaks = exchanges.iter().any(|e| e.is_open());
     if leaks || mesh.is_empty() {
         return Ok(());
     }

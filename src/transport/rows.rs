@@ -230,12 +230,15 @@ impl<'a> Worker<'a> {
         let mut counted = vec![0u32; replicas];
         let (rays_before, factors_before) = (self.scratch.rays, self.scratch.factors);
         for r in 0..replicas {
-            let stream = seed(&[self.settings.seed, element.key.bits(), r as u64]);
+            // Neighbours take neighbouring stretches of one sequence: together their rays are as well spread as one
+            // element's, and their errors cancel where a sensor sees many of them.
+            let stream = seed(&[self.settings.seed, element.key.family(), r as u64]);
             let points = Points::new(stream);
+            let first = mesh.morton(element).wrapping_mul(rays as u32);
             self.rays.clear();
             for k in 0..rays as u32 {
-                let (a, b) = points.pair(k, 0);
-                let (c, d) = points.pair(k, 2);
+                let (a, b) = points.pair(first.wrapping_add(k), 0);
+                let (c, d) = points.pair(first.wrapping_add(k), 2);
                 let start = self.world.lift(element.sample(surface, a, b), normal);
                 self.rays.push(Ray::new(start, cosine_direction(normal, c, d)));
             }
@@ -244,12 +247,12 @@ impl<'a> Worker<'a> {
             self.world.caster.closest_batch(&self.rays, &mut self.hits);
             out.rays += rays as u64;
             for k in 0..rays {
-                let sample = self.sample(mesh, k, points.get(k as u32, 4), &mut out.rays);
+                let sample = self.sample(mesh, k, points.get(first.wrapping_add(k as u32), 4), &mut out.rays);
                 if sample.target != Target::Covered {
                     counted[r] += 1;
                     self.factors.fill(0.0);
                     let x = self.rays[k].at(0.0);
-                    let shadow = seed(&[stream, 1 + k as u64]);
+                    let shadow = seed(&[stream, u64::from(first), 1 + k as u64]);
                     direct(self.world, x, normal, shadow, &mut self.scratch, &mut self.factors);
                     for (sum, f) in out.direct[r * groups..].iter_mut().zip(&self.factors) {
                         *sum += *f as f32;
