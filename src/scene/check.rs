@@ -169,9 +169,10 @@ impl<'a> Checker<'a> {
                 "weld the vertices before exporting: light leaks through",
             );
         }
+        let affordable = open.len() * self.scene.faces.len() <= MOST_WORK;
         let free: Vec<OpenEdge> = open
             .into_iter()
-            .filter(|e| !self.rests_on_a_face(e))
+            .filter(|e| !affordable || !self.rests_on_a_face(e))
             .collect();
         if let Some(edge) = longest(&free) {
             let what = format!(
@@ -334,14 +335,16 @@ impl<'a> Checker<'a> {
         let stride = (emitting.len() * self.scene.faces.len())
             .div_ceil(MOST_WORK)
             .max(1);
-        let mut in_plane: BTreeMap<(usize, usize), usize> = BTreeMap::new();
+        let mut in_plane: BTreeMap<(usize, usize, bool), usize> = BTreeMap::new();
         let mut before_wall: BTreeMap<(usize, usize), (usize, f64)> = BTreeMap::new();
         for &lamp in emitting.iter().step_by(stride) {
             let face = &self.scene.faces[lamp];
             let centre = face.vertices.iter().sum::<DVec3>() / face.vertices.len() as f64;
             if let Some(other) = self.face_at(centre, face.normal, lamp) {
+                let other = &self.scene.faces[other];
+                let contact = self.is_of_a_solid(lamp) && face.normal.dot(other.normal) < 0.0;
                 *in_plane
-                    .entry((face.object, self.scene.faces[other].object))
+                    .entry((face.object, other.object, contact))
                     .or_default() += 1;
             } else if let Some((wall, distance)) = self.wall_before(centre, face.normal, Some(lamp))
             {
@@ -351,21 +354,30 @@ impl<'a> Checker<'a> {
                     .0 += 1;
             }
         }
-        for ((lamp, other), count) in in_plane {
+        for ((lamp, other, contact), count) in in_plane {
             let [lamp, other] = [lamp, other].map(|o| self.scene.objects[o].as_str());
+            let (severity, doing, mend) = if contact {
+                (
+                    Severity::Info,
+                    "touch",
+                    "a flux_lm counts their area although their light stays in the contact",
+                )
+            } else {
+                (
+                    Severity::Warning,
+                    "lie in the plane of",
+                    "cut a hole around the lamp, or move it out by a few millimetres",
+                )
+            };
             let what = format!(
-                "{count} emitting faces of object `{lamp}` lie in the plane of faces of object `{other}`"
+                "{count} emitting face(s) of object `{lamp}` {doing} faces of object `{other}`"
             );
-            self.tell(
-                Severity::Warning,
-                what,
-                "cut a hole around the lamp, or move it out by a few millimetres",
-            );
+            self.tell(severity, what, mend);
         }
         for ((lamp, wall), (count, distance)) in before_wall {
             let [lamp, wall] = [lamp, wall].map(|o| self.scene.objects[o].as_str());
             let what = format!(
-                "{count} emitting faces of object `{lamp}` shine into object `{wall}`, {:.3} mm before them",
+                "{count} emitting face(s) of object `{lamp}` shine into object `{wall}`, {:.3} mm before them",
                 1e3 * distance
             );
             self.tell(
@@ -374,6 +386,13 @@ impl<'a> Checker<'a> {
                 "flip the lamp's faces: light leaves their fronts (right-hand rule)",
             );
         }
+    }
+
+    /// Does the face belong to a closed shell whose fronts look outward?
+    fn is_of_a_solid(&self, face: usize) -> bool {
+        self.shells
+            .iter()
+            .any(|s| s.volume > 0.0 && s.faces.binary_search(&face).is_ok())
     }
 
     /// Another face in whose plane a point lies, parallel to `normal`.
@@ -389,7 +408,8 @@ impl<'a> Checker<'a> {
 
 fn point(axes: Axes, p: DVec3) -> String {
     let p = axes.to_user(p);
-    format!("({:.4}, {:.4}, {:.4}) m", p.x, p.y, p.z)
+    let [x, y, z] = [p.x, p.y, p.z].map(|c| (1e4 * c).round() / 1e4 + 0.0); // no -0
+    format!("({x:.4}, {y:.4}, {z:.4}) m")
 }
 
 fn length(edges: &[OpenEdge]) -> f64 {
