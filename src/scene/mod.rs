@@ -6,6 +6,8 @@
 //! ([`Axes::to_user`]).
 
 pub mod check;
+#[cfg(test)]
+mod check_tests;
 mod faces;
 mod file;
 mod grid;

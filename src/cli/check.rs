@@ -1,0 +1,71 @@
+//! `clerestory check`.
+
+use std::fmt::Write;
+use std::process::ExitCode;
+
+use serde_json::json;
+
+use super::{CheckArgs, print};
+use crate::Result;
+use crate::scene::{self, Diagnostic, Scene, Severity};
+
+/// Reads, checks, and says what was found. Errors among the findings are exit code 2.
+pub(super) fn run(args: &CheckArgs) -> Result<ExitCode> {
+    let scene = scene::load(&args.scene)?;
+    let found = scene::check(&scene);
+    print(&if args.json {
+        json(&scene, &found)
+    } else {
+        text(&scene, &found)
+    })?;
+    let bad = found.iter().any(|d| d.severity == Severity::Error);
+    Ok(if bad {
+        ExitCode::from(2)
+    } else {
+        ExitCode::SUCCESS
+    })
+}
+
+fn json(scene: &Scene, found: &[Diagnostic]) -> String {
+    let findings: Vec<_> = found
+        .iter()
+        .map(|d| json!({ "severity": d.severity.name(), "what": d.what, "mend": d.mend }))
+        .collect();
+    let report = json!({
+        "schema": 1,
+        "title": scene.title,
+        "faces": scene.faces.len(),
+        "materials": scene.materials.len(),
+        "sensors": scene.grids.iter().map(|g| g.sensors.len()).sum::<usize>(),
+        "views": scene.views.len(),
+        "findings": findings,
+    });
+    format!("{report:#}\n")
+}
+
+fn text(scene: &Scene, found: &[Diagnostic]) -> String {
+    let sensors: usize = scene.grids.iter().map(|g| g.sensors.len()).sum();
+    let mut text = format!(
+        "{}: {} faces, {} materials, {} grids with {sensors} points, {} views\n",
+        scene.title,
+        scene.faces.len(),
+        scene.materials.len(),
+        scene.grids.len(),
+        scene.views.len()
+    );
+    for d in found {
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "{}: {}", d.severity.name(), d.what);
+        if !d.mend.is_empty() {
+            let _ = writeln!(text, "  mend: {}", d.mend);
+        }
+    }
+    let count = |s: Severity| found.iter().filter(|d| d.severity == s).count();
+    let _ = writeln!(
+        text,
+        "{} errors, {} warnings",
+        count(Severity::Error),
+        count(Severity::Warning)
+    );
+    text
+}

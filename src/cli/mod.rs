@@ -1,0 +1,188 @@
+//! The command line: arguments into library calls, progress, exit codes. No physics.
+//!
+//! Results go to standard output, all else to standard error. Exit codes: 0 done; 2 bad input or usage;
+//! 3 done, but fewer than 95 % of some grid's sensors hold the tolerance; 1 anything else.
+
+mod check;
+mod cpu;
+mod progress;
+mod solve;
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+use crate::scene;
+use crate::{Error, Result};
+
+/// Physically calibrated lighting simulation: illuminance maps and luminance images with honest error bars.
+///
+/// A scene file (TOML) names geometry (OBJ), materials and lamps in physical units, and asks for grids of
+/// illuminance and for pictures. `clerestory check` finds its mistakes; `clerestory solve` answers it.
+#[derive(Debug, Parser)]
+#[command(version, max_term_width = 100, after_help = AFTER_HELP)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+const AFTER_HELP: &str = "\
+Start with:
+  clerestory check room.toml
+  clerestory solve room.toml --tolerance 5%
+
+Exit codes:
+  0  done
+  1  anything else
+  2  bad input or usage
+  3  done, but fewer than 95 % of some grid's sensors hold the tolerance";
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Compute everything the scene asks for: tables, maps and pictures.
+    Solve(SolveArgs),
+    /// Find leaks, flipped normals and misplaced sensors before they cost an hour.
+    Check(CheckArgs),
+    /// Print the JSON Schema of the scene file, for editors.
+    Schema,
+}
+
+/// Arguments of `solve`.
+#[derive(Args, Debug)]
+#[command(after_help = SOLVE_HELP)]
+struct SolveArgs {
+    /// The scene file (TOML).
+    scene: PathBuf,
+    /// Folder for the results [default: ./out/<name of the scene file>].
+    #[arg(short, long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Error that each sensor may state, at 95 % confidence: 5% or 0.05.
+    #[arg(long, default_value = "5%", value_parser = tolerance)]
+    tolerance: f64,
+    /// How to solve.
+    #[arg(long, value_enum, default_value_t = MethodArg::Auto)]
+    method: MethodArg,
+    /// Report every band, and hold the tolerance in every band.
+    #[arg(long)]
+    spectral: bool,
+    /// Paths per sensor; with --method path-tracing only.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    paths: Option<u64>,
+    /// Threads [default: all processors]. The results do not depend on it.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    threads: Option<u32>,
+    /// Seed of all random numbers.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Print the run's record (run.json) instead of the table.
+    #[arg(long)]
+    json: bool,
+    /// No progress and no warnings.
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+const SOLVE_HELP: &str = "\
+Writes illuminance.csv, summary.csv, a map of each grid, pictures of each view and run.json.
+The tolerance is a stated error: a sensor holds it when its 95 % interval is within
+tolerance x max(E, mean of its grid / 10). The program chooses mesh, rays and bands to meet it.";
+
+/// Arguments of `check`.
+#[derive(Args, Debug)]
+struct CheckArgs {
+    /// The scene file (TOML).
+    scene: PathBuf,
+    /// Print the findings as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// How to solve.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum MethodArg {
+    /// Sensor-driven radiosity with a final gather: the program chooses all settings.
+    Auto,
+    /// The unbiased reference: simple, slow, the judge of the other.
+    PathTracing,
+}
+
+/// A tolerance as `5%` or `0.05`, as a fraction.
+fn tolerance(text: &str) -> std::result::Result<f64, String> {
+    let (number, unit) = match text.trim().strip_suffix('%') {
+        Some(percent) => (percent.trim(), 0.01),
+        None => (text.trim(), 1.0),
+    };
+    let value: f64 = number
+        .parse()
+        .map_err(|_| "expected a share such as 5% or 0.05".to_owned())?;
+    let value = value * unit;
+    if value > 0.0 && value < 1.0 {
+        return Ok(value);
+    }
+    Err(format!(
+        "{} % is not between 0 and 100 %: write 5% or 0.05",
+        100.0 * value
+    ))
+}
+
+/// Runs the program with the process's arguments.
+#[must_use]
+pub fn run() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(e) => {
+            // A closed pipe is the reader's choice.
+            let _ = e.print();
+            return ExitCode::from(u8::try_from(e.exit_code()).unwrap_or(2));
+        }
+    };
+    let outcome = match &cli.command {
+        Command::Solve(args) => solve::run(args),
+        Command::Check(args) => check::run(args),
+        Command::Schema => schema(),
+    };
+    outcome.unwrap_or_else(|e| fail(&e))
+}
+
+/// Prints an error and gives its exit code.
+fn fail(error: &Error) -> ExitCode {
+    // Standard error may be closed too; the exit code still tells.
+    let _ = writeln!(io::stderr(), "error: {error}");
+    ExitCode::from(if error.is_input() { 2 } else { 1 })
+}
+
+fn schema() -> Result<ExitCode> {
+    print(&format!("{:#}\n", scene::json_schema()))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Prints results; a reader who has gone away is no error.
+fn print(text: &str) -> Result<()> {
+    let mut out = io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(e) if e.kind() != io::ErrorKind::BrokenPipe => Err(Error::io("standard output", &e)),
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_arguments_are_consistent() {
+        <Cli as clap::CommandFactory>::command().debug_assert();
+    }
+
+    #[test]
+    fn a_tolerance_is_a_share() {
+        assert_eq!(tolerance("5%"), Ok(0.05));
+        assert_eq!(tolerance(" 0.5 % "), Ok(0.005));
+        assert_eq!(tolerance("0.02"), Ok(0.02));
+        for bad in ["5", "0", "-1%", "x", "nan", "100%", ""] {
+            assert!(tolerance(bad).is_err(), "{bad}");
+        }
+    }
+}

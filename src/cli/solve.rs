@@ -1,0 +1,306 @@
+//! `clerestory solve`.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Instant;
+
+use super::{MethodArg, SolveArgs, cpu, print, progress};
+use crate::error::ErrorKind;
+use crate::measure::{self, GridResult, Measurement, Method, SolveOptions, Status};
+use crate::report::{self, Provenance};
+use crate::scene::{self, Scene};
+use crate::{Error, Result};
+
+/// Share of a grid's sensors that must hold the tolerance.
+const HOLDING: f64 = 0.95;
+/// Fewer hold.
+const EXIT_NOT_HELD: u8 = 3;
+
+/// Reads, solves, writes, and says what came out.
+pub(super) fn run(args: &SolveArgs) -> Result<ExitCode> {
+    if args.paths.is_some() && matches!(args.method, MethodArg::Auto) {
+        return Err(Error::malformed("--paths goes with --method path-tracing")
+            .mend("add --method path-tracing, or leave --paths out"));
+    }
+    let start = Instant::now();
+    let threads = args.threads.map_or_else(
+        || std::thread::available_parallelism().map_or(1, usize::from),
+        |n| n as usize,
+    );
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .map_err(|e| Error::new(ErrorKind::Internal, format!("no threads: {e}")))?;
+    let scene = scene::load(&args.scene)?;
+    warn(args, &scene.warnings);
+    let measurement = {
+        let progress = progress::progress(args.quiet);
+        pool.install(|| measure::solve(&scene, &options(args), &*progress))
+            .map_err(|e| e.in_file(&args.scene))?
+    };
+    warn(args, &measurement.record.warnings);
+    let provenance = Provenance {
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        command: std::env::args().collect(),
+        threads,
+        cpu_s: cpu::seconds(),
+        wall_s: start.elapsed().as_secs_f64(),
+    };
+    let folder = folder(args);
+    let files = pool
+        .install(|| report::write_all(&folder, &scene, &measurement, args.spectral, &provenance))?;
+    if args.json {
+        print(&format!(
+            "{:#}\n",
+            report::run_json(&scene, &measurement, &provenance)
+        ))?;
+    } else {
+        print(&summary(&scene, &measurement, &files, provenance.wall_s))?;
+    }
+    Ok(exit_code(&measurement))
+}
+
+fn options(args: &SolveArgs) -> SolveOptions {
+    SolveOptions {
+        tolerance: args.tolerance,
+        method: match args.method {
+            MethodArg::Auto => Method::Auto,
+            MethodArg::PathTracing => Method::PathTracing,
+        },
+        spectral: args.spectral,
+        seed: args.seed,
+        paths: args.paths,
+    }
+}
+
+fn warn(args: &SolveArgs, warnings: &[String]) {
+    if !args.quiet {
+        for warning in warnings {
+            progress::line(&format!("warning: {warning}"));
+        }
+    }
+}
+
+fn folder(args: &SolveArgs) -> PathBuf {
+    let stem = || args.scene.file_stem().unwrap_or_else(|| "scene".as_ref());
+    args.out
+        .clone()
+        .unwrap_or_else(|| Path::new("out").join(stem()))
+}
+
+fn exit_code(m: &Measurement) -> ExitCode {
+    let held = m
+        .grids
+        .iter()
+        .map(GridLine::of)
+        .all(|line| line.ok == 0 || line.held() >= HOLDING);
+    if held {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::from(EXIT_NOT_HELD)
+    }
+}
+
+/// A grid in figures; lx.
+struct GridLine {
+    ok: usize,
+    holding: usize,
+    mean: f64,
+    min: f64,
+    max: f64,
+    median_error: f64,
+}
+
+impl GridLine {
+    fn of(grid: &GridResult) -> Self {
+        let ok: Vec<_> = grid
+            .sensors
+            .iter()
+            .filter(|s| s.status == Status::Ok)
+            .collect();
+        let lux = || ok.iter().map(|s| s.xyz[1]);
+        let mut errors: Vec<f64> = ok.iter().map(|s| s.error_lx).collect();
+        errors.sort_by(f64::total_cmp);
+        Self {
+            ok: ok.len(),
+            holding: grid.holding,
+            mean: lux().sum::<f64>() / ok.len() as f64,
+            min: lux().fold(f64::INFINITY, f64::min),
+            max: lux().fold(f64::NEG_INFINITY, f64::max),
+            median_error: errors.get(errors.len() / 2).copied().unwrap_or_default(),
+        }
+    }
+
+    /// Share of the sensors that hold the tolerance.
+    fn held(&self) -> f64 {
+        self.holding as f64 / self.ok as f64
+    }
+}
+
+/// What came out, for the terminal.
+fn summary(scene: &Scene, m: &Measurement, files: &[PathBuf], wall_s: f64) -> String {
+    let mut text = format!("{}\n", scene.title);
+    table(&mut text, m);
+    for view in &m.views {
+        line(
+            &mut text,
+            &format!(
+                "view {}: error {:.1} % (median), {:.1} % (95th percentile)",
+                view.view.name,
+                100.0 * view.error_median,
+                100.0 * view.error_p95
+            ),
+        );
+    }
+    for left in &m.record.left_out {
+        line(
+            &mut text,
+            &format!("left out: {}: {}", left.what, left.bound),
+        );
+    }
+    line(
+        &mut text,
+        &format!(
+            "tolerance {} %, {}, {wall_s:.1} s; written:",
+            figure(100.0 * m.record.tolerance),
+            m.record.method
+        ),
+    );
+    for file in files {
+        line(&mut text, &format!("  {}", file.display()));
+    }
+    text
+}
+
+fn table(text: &mut String, m: &Measurement) {
+    if m.grids.is_empty() {
+        return;
+    }
+    let width = m
+        .grids
+        .iter()
+        .map(|g| g.name.chars().count())
+        .max()
+        .unwrap_or(0)
+        .max(4);
+    line(
+        text,
+        &format!(
+            "{:<width$} {:>7} {:>10} {:>10} {:>10} {:>10} {:>7}",
+            "grid", "points", "mean lx", "min lx", "max lx", "error lx", "holding"
+        ),
+    );
+    for grid in &m.grids {
+        let g = GridLine::of(grid);
+        if g.ok == 0 {
+            line(
+                text,
+                &format!(
+                    "{:<width$} {:>7} every point is covered or inside a solid",
+                    grid.name, 0
+                ),
+            );
+            continue;
+        }
+        let [mean, min, max, error] = [g.mean, g.min, g.max, g.median_error].map(figure);
+        line(
+            text,
+            &format!(
+                "{:<width$} {:>7} {mean:>10} {min:>10} {max:>10} {error:>10} {:>5.1} %",
+                grid.name,
+                g.ok,
+                100.0 * g.held()
+            ),
+        );
+    }
+}
+
+fn line(text: &mut String, content: &str) {
+    // Writing to a string cannot fail.
+    let _ = writeln!(text, "{content}");
+}
+
+/// Four significant digits.
+fn figure(x: f64) -> String {
+    if x == 0.0 || !x.is_finite() {
+        return format!("{x}");
+    }
+    let magnitude = x.abs().log10().floor() as i32;
+    if !(-4..7).contains(&magnitude) {
+        return format!("{x:.3e}");
+    }
+    let digits = usize::try_from(3 - magnitude).unwrap_or(0);
+    format!("{x:.digits$}")
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::measure::SensorResult;
+    use crate::scene::GridLayout;
+
+    fn sensor(lux: f64, error_lx: f64, status: Status) -> SensorResult {
+        SensorResult {
+            position: DVec3::ZERO,
+            normal: DVec3::Z,
+            area_m2: None,
+            status,
+            xyz: [lux; 3],
+            error_lx,
+            direct_lx: 0.0,
+            sun_lx: 0.0,
+            sky_lx: 0.0,
+            external_lx: 0.0,
+            reflected_lx: 0.0,
+            spectral: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn a_grid_is_summed_up_over_its_readable_sensors() {
+        let sensors = vec![
+            sensor(100.0, 3.0, Status::Ok),
+            sensor(9e9, 1.0, Status::Covered),
+            sensor(300.0, 1.0, Status::Ok),
+            sensor(200.0, 2.0, Status::Ok),
+        ];
+        let line = GridLine::of(&GridResult {
+            name: "g".to_owned(),
+            layout: GridLayout::Points,
+            sensors,
+            holding: 3,
+        });
+        assert_eq!(
+            (
+                line.ok,
+                line.mean,
+                line.min,
+                line.max,
+                line.median_error,
+                line.held()
+            ),
+            (3, 200.0, 100.0, 300.0, 2.0, 1.0)
+        );
+    }
+
+    #[test]
+    fn figures_have_four_digits() {
+        let shown = [
+            0.0,
+            1234.56,
+            12.3456,
+            0.012_345_6,
+            123_456.0,
+            1e12,
+            f64::NAN,
+        ]
+        .map(figure);
+        assert_eq!(
+            shown,
+            ["0", "1235", "12.35", "0.01235", "123456", "1.000e12", "NaN"]
+        );
+    }
+}
