@@ -5,8 +5,11 @@
 
 mod canvas;
 mod exr;
+mod field;
+mod figure;
 mod file;
 mod hdr;
+mod isolines;
 mod legend;
 mod map;
 mod png;
