@@ -1,5 +1,21 @@
 //! Sensors and pixels, each with its error.
+//!
+//! In: a [`Scene`](crate::scene::Scene) and a tolerance. Out: a [`Measurement`]. The tolerance is asked at the sensors, so the work starts there
+//! and goes only as far as it matters: [`solve()`] chooses mesh, rays and bands, judges every sensor by its stated
+//! error, and refines what the statement blames.
 
-pub mod result;
+mod adaptive;
+mod camera;
+mod gather;
+mod ledger;
+mod options;
+mod path_tracing;
+mod probe;
+mod result;
+mod run;
+mod statement;
+mod view;
 
+pub use options::{Method, Progress, Silent, SolveOptions};
 pub use result::*;
+pub use run::solve;

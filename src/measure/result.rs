@@ -152,3 +152,24 @@ pub struct LeftOut {
     /// The most that it could have mattered, in words and numbers.
     pub bound: String,
 }
+
+impl SensorResult {
+    /// A sensor without a reading yet.
+    #[must_use]
+    pub fn new(sensor: &crate::scene::Sensor, status: Status) -> Self {
+        Self {
+            position: sensor.position,
+            normal: sensor.normal,
+            area_m2: sensor.area_m2,
+            status,
+            xyz: [0.0; 3],
+            error_lx: 0.0,
+            direct_lx: 0.0,
+            sun_lx: 0.0,
+            sky_lx: 0.0,
+            external_lx: 0.0,
+            reflected_lx: 0.0,
+            spectral: Vec::new(),
+        }
+    }
+}

@@ -5,11 +5,43 @@
 //! turned by (x, y, z) → (x, −z, y), and turned back where a user reads coordinates
 //! ([`Axes::to_user`]).
 
+pub mod check;
+mod faces;
+mod file;
+mod grid;
+mod load;
+mod material;
+mod obj;
+mod outline;
+mod polygon;
+mod suggest;
+#[cfg(test)]
+mod tests;
+mod view;
+
 use std::path::PathBuf;
 
 use glam::DVec3;
 
+pub use check::{Diagnostic, Severity, check};
+pub use file::json_schema;
+pub use load::load;
+
 use crate::spectrum::{BandMode, SpectralValue, Spectrum};
+
+/// UTF-8 text without a byte order mark, or the line of the first byte that is none.
+fn text(bytes: &[u8]) -> crate::Result<&str> {
+    let text = std::str::from_utf8(bytes).map_err(|e| {
+        let line = 1 + bytes[..e.valid_up_to()]
+            .iter()
+            .filter(|b| **b == b'\n')
+            .count();
+        crate::Error::malformed("a byte that is not UTF-8 text")
+            .mend("save the file as UTF-8")
+            .at_line(line)
+    })?;
+    Ok(text.strip_prefix('\u{feff}').unwrap_or(text))
+}
 
 /// Everything a run needs to know.
 #[derive(Clone, Debug)]

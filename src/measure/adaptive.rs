@@ -1,0 +1,482 @@
+//! The tolerance loop: solve, judge every sensor, refine what its error blames, and only that.
+
+use std::time::Instant;
+
+use glam::DVec2;
+use rayon::prelude::*;
+
+use super::gather::{Field, Gatherer, REPLICAS, SetSums, Solved};
+use super::options::{Progress, SolveOptions};
+use super::probe::Probe;
+use super::result::Status;
+use super::statement::{Readings, Stated, state};
+use crate::error::Result;
+use crate::mesh::{ElementKey, Elements};
+use crate::scene::{Grid, Scene};
+use crate::solve;
+use crate::transport::caster::Ray;
+use crate::transport::points::{Points, seed};
+use crate::transport::{Fork, Landing, Optics, RowSettings, Rows, Tint, World, cosine_direction, follow};
+
+/// Rays of an element, over all replicas: refined by size, never by more rays.
+const ROW_RAYS: usize = 32;
+/// Rays of a sensor that ask for elements before the solve.
+const DEMAND_RAYS: u32 = 64;
+/// Rounds after which what does not hold is told instead.
+const MAX_ROUNDS: usize = 10;
+/// Rays of one set of one sensor, at most.
+const MAX_SET_RAYS: u32 = 1 << 16;
+/// Elements of a mesh, at most.
+const MAX_ELEMENTS: usize = 2_000_000;
+/// Share of a grid's sensors that must hold.
+pub(super) const HOLD: f64 = 0.95;
+
+/// Where random numbers are used, so that no two uses share a stream.
+mod stream {
+    pub(super) const SENSOR: u64 = 1;
+    pub(super) const ROWS: u64 = 2;
+    pub(super) const TWIN: u64 = 3;
+    pub(super) const SHADOW: u64 = 4;
+}
+
+/// One sensor on its way to the tolerance.
+#[derive(Debug)]
+pub(super) struct SensorState {
+    pub(super) probe: Probe,
+    /// Direct irradiance per unit exitance: by set (one entry where it is exact), by group.
+    direct: Vec<Vec<f64>>,
+    sums: Vec<SetSums>,
+    done: u32,
+    wanted: u32,
+    /// Illuminance: X, Y, Z, and what is stated of Y.
+    pub(super) xyz: [f64; 3],
+    /// Illuminance without diffuse reflection.
+    pub(super) direct_y: f64,
+    pub(super) y: Stated,
+    /// Every band, when asked for.
+    pub(super) bands: Vec<Stated>,
+}
+
+/// What the loop settled on.
+#[derive(Debug)]
+pub(super) struct Adapted {
+    pub(super) main: Solved,
+    pub(super) twin: Solved,
+    pub(super) rows: Rows,
+    pub(super) grids: Vec<Vec<SensorState>>,
+    pub(super) mesh_size: f64,
+    pub(super) rounds: usize,
+    pub(super) rays: u64,
+    pub(super) factors: u64,
+    pub(super) timings: Vec<(String, f64)>,
+    /// Rays per sensor: smallest and largest.
+    pub(super) sensor_rays: (u32, u32),
+    pub(super) accuracy: f64,
+}
+
+/// A scene with its tolerance, ready to be worked on.
+pub(super) struct Task<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) world: &'a World,
+    pub(super) optics: &'a Optics,
+    pub(super) options: &'a SolveOptions,
+    pub(super) progress: &'a dyn Progress,
+}
+
+impl Task<'_> {
+    /// Relative residual to which the system is solved: a hundredth of the tolerance after amplification.
+    pub(super) fn accuracy(&self) -> f64 {
+        let loss = (1.0 - self.optics.largest_reflectance(self.world)).max(1e-4);
+        (0.01 * self.options.tolerance * loss).clamp(1e-9, 1e-3)
+    }
+
+    /// Error that the residual leaves in a value, relative.
+    fn iteration_error(&self) -> f64 {
+        0.01 * self.options.tolerance
+    }
+
+    /// Solves, judges and refines until the tolerance holds or nothing more can be done.
+    pub(super) fn refine(&self) -> Result<Adapted> {
+        let mut size = self.first_size();
+        let mut timings = Vec::new();
+        let mut grids = self.prepare();
+        let (mut rays, mut factors) = (0, 0);
+        let mut solved: Option<(Solved, Solved, Rows)> = None;
+        let mut round = 0;
+        loop {
+            round += 1;
+            let (main, twin, rows) = match solved.take() {
+                Some(s) => s,
+                None => {
+                    let start = Instant::now();
+                    self.progress.stage(&format!("round {round}: elements and rows"), 0);
+                    let fresh = self.solve_at(size, &grids)?;
+                    rays += fresh.2.rays_cast;
+                    factors += fresh.2.factors;
+                    grids.iter_mut().flatten().for_each(|s| s.restart(self.optics.pad));
+                    timings.push((format!("round {round}: rows and solve"), start.elapsed().as_secs_f64()));
+                    fresh
+                }
+            };
+            let start = Instant::now();
+            let (cast, exact) = self.gather(&main, &twin, &mut grids, round);
+            rays += cast;
+            factors += exact;
+            for grid in &mut grids {
+                self.judge(grid);
+            }
+            timings.push((format!("round {round}: gather and judge"), start.elapsed().as_secs_f64()));
+            let plan = self.plan(&mut grids, &mut size, main.mesh.len());
+            if plan == Plan::Stop || round == MAX_ROUNDS {
+                let counts = grids.iter().flatten().filter(|s| s.probe.status == Status::Ok);
+                let sensor_rays = counts.fold((u32::MAX, 0), |(lo, hi), s| (lo.min(s.done), hi.max(s.done)));
+                let accuracy = self.accuracy();
+                return Ok(Adapted {
+                    main,
+                    twin,
+                    rows,
+                    grids,
+                    mesh_size: size,
+                    rounds: round,
+                    rays,
+                    factors,
+                    timings,
+                    sensor_rays: (sensor_rays.0.min(sensor_rays.1), sensor_rays.1),
+                    accuracy,
+                });
+            }
+            if plan == Plan::MoreRays {
+                solved = Some((main, twin, rows));
+            }
+        }
+    }
+
+    /// First element size, in the program's frame: a 24th of the scene at 5 %, finer for less.
+    fn first_size(&self) -> f64 {
+        let wanted = (self.options.tolerance / 0.05).powf(0.4).clamp(0.1, 2.0) / 24.0;
+        let area: f64 = self.world.surfaces.list.iter().map(|s| s.area).sum();
+        wanted.max((area / 200_000.0).sqrt())
+    }
+
+    fn first_rays(&self) -> u32 {
+        let wanted = 128.0 * (0.05 / self.options.tolerance).powf(1.5);
+        (wanted.clamp(64.0, f64::from(MAX_SET_RAYS)) as u32).next_power_of_two().min(MAX_SET_RAYS)
+    }
+
+    fn prepare(&self) -> Vec<Vec<SensorState>> {
+        let (world, pad) = (self.world, self.optics.pad);
+        let first = self.first_rays();
+        let grid = |(g, grid): (usize, &Grid)| {
+            grid.sensors
+                .par_iter()
+                .enumerate()
+                .map_init(
+                    || crate::transport::DirectScratch::default(),
+                    |scratch, (i, sensor)| {
+                        let probe = Probe::new(world, sensor);
+                        let mut direct = Vec::new();
+                        if probe.status == Status::Ok {
+                            for a in 0..REPLICAS {
+                                let sample = seed(&[self.options.seed, stream::SHADOW, g as u64, i as u64, a as u64]);
+                                let mut f = vec![0.0; world.emitters.groups()];
+                                let before = scratch.rays;
+                                crate::transport::direct(world, probe.position, probe.normal, sample, scratch, &mut f);
+                                direct.push(f);
+                                if scratch.rays == before {
+                                    break; // exact
+                                }
+                            }
+                        }
+                        SensorState {
+                            probe,
+                            direct,
+                            sums: (0..REPLICAS).map(|_| SetSums::new(pad, REPLICAS)).collect(),
+                            done: 0,
+                            wanted: first,
+                            xyz: [0.0; 3],
+                            direct_y: 0.0,
+                            y: Stated::default(),
+                            bands: Vec::new(),
+                        }
+                    },
+                )
+                .collect()
+        };
+        self.scene.grids.iter().enumerate().map(grid).collect()
+    }
+
+    /// Meshes at `size` and twice that, asked for by the sensors and pixels, with their solutions.
+    fn solve_at(&self, size: f64, grids: &[Vec<SensorState>]) -> Result<(Solved, Solved, Rows)> {
+        let demand = self.demand(grids);
+        let build = |size: f64, purpose: u64| -> Result<(Solved, Rows)> {
+            let mut mesh = Elements::new(&self.world.surfaces, size);
+            let keys: Vec<ElementKey> = demand.par_iter().map(|(s, front, uv)| mesh.key_at(*s, *front, *uv)).collect();
+            for key in keys {
+                mesh.make(&self.world.surfaces, key);
+            }
+            let settings = RowSettings {
+                replicas: REPLICAS,
+                rays: ROW_RAYS / REPLICAS,
+                seed: seed(&[self.options.seed, purpose]),
+                max_elements: MAX_ELEMENTS,
+            };
+            let rows = Rows::expand(self.world, self.optics, &mut mesh, &settings);
+            let solution = solve::solve(self.world, self.optics, &mesh, &rows, self.accuracy())?;
+            Ok((Solved::new(mesh, solution, self.optics), rows))
+        };
+        let (main, mut rows) = build(size, stream::ROWS)?;
+        let (twin, twin_rows) = build(2.0 * size, stream::TWIN)?;
+        rows.rays_cast += twin_rows.rays_cast;
+        rows.factors += twin_rows.factors;
+        Ok((main, twin, rows))
+    }
+
+    /// Where the first rays of the sensors and of some pixels land.
+    fn demand(&self, grids: &[Vec<SensorState>]) -> Vec<(usize, bool, DVec2)> {
+        let sensors: Vec<(u64, &Probe)> = grids
+            .iter()
+            .flatten()
+            .enumerate()
+            .filter(|(_, s)| s.probe.status == Status::Ok)
+            .map(|(i, s)| (i as u64, &s.probe))
+            .collect();
+        let from_sensors: Vec<Vec<_>> = sensors
+            .par_iter()
+            .map(|(i, p)| {
+                let points = Points::new(seed(&[self.options.seed, stream::SENSOR, *i]));
+                (0..DEMAND_RAYS).filter_map(|k| self.landing(p.position, p.normal, &points, k)).collect()
+            })
+            .collect();
+        let from_views: Vec<Vec<_>> =
+            self.scene.views.iter().map(|v| super::view::demand(self.world, self.optics, v, self)).collect();
+        from_sensors.into_iter().chain(from_views).flatten().collect()
+    }
+
+    /// Where a gather ray lands.
+    pub(super) fn landing(
+        &self,
+        x: glam::DVec3,
+        normal: glam::DVec3,
+        points: &Points,
+        k: u32,
+    ) -> Option<(usize, bool, DVec2)> {
+        let (a, b) = points.pair(k, 0);
+        let ray = Ray::new(x, cosine_direction(normal, a, b));
+        let hit = self.world.caster.closest(&ray);
+        let mut tint = Tint::new(self.optics.pad);
+        match follow(self.world, self.optics, ray, hit, Fork::Chance(0.5), &mut tint, &mut 0) {
+            Landing::Surface { surface, front, point, .. } => {
+                Some((surface as usize, front, self.world.surfaces.list[surface as usize].uv(point)))
+            }
+            _ => None,
+        }
+    }
+
+    fn gather(&self, main: &Solved, twin: &Solved, grids: &mut [Vec<SensorState>], round: usize) -> (u64, u64) {
+        let field = Field {
+            world: self.world,
+            optics: self.optics,
+            main,
+            twin: Some(twin),
+            spectral: self.options.spectral,
+        };
+        let pending = |s: &SensorState| s.probe.status == Status::Ok && s.done < s.wanted;
+        let count = grids.iter().flatten().filter(|s| pending(s)).count();
+        self.progress.stage(&format!("round {round}: final gather at sensors"), count as u64);
+        let mut work = (0, 0);
+        for (g, grid) in grids.iter_mut().enumerate() {
+            let done: Vec<(u64, u64)> = grid
+                .par_iter_mut()
+                .enumerate()
+                .with_max_len(8)
+                .filter(|(_, s)| pending(s))
+                .map_init(
+                    || Gatherer::new(&field),
+                    |gatherer, (i, s)| {
+                        let before = (gatherer.cast + gatherer.scratch.rays, gatherer.scratch.factors);
+                        for a in 0..REPLICAS {
+                            let parts = [self.options.seed, stream::SENSOR, g as u64, i as u64, a as u64];
+                            let range = (s.done, s.wanted);
+                            gatherer.gather(s.probe.position, s.probe.normal, seed(&parts), range, &mut s.sums[a]);
+                        }
+                        s.done = s.wanted;
+                        self.progress.advance(1);
+                        let after = (gatherer.cast + gatherer.scratch.rays, gatherer.scratch.factors);
+                        (after.0 - before.0, after.1 - before.1)
+                    },
+                )
+                .collect();
+            for (rays, factors) in done {
+                work = (work.0 + rays, work.1 + factors);
+            }
+        }
+        work
+    }
+
+    /// States value and error of every sensor of a grid.
+    fn judge(&self, grid: &mut [SensorState]) {
+        let optics = self.optics;
+        let lit: Vec<usize> = (0..grid.len()).filter(|i| grid[*i].probe.status == Status::Ok).collect();
+        for i in &lit {
+            grid[*i].measure_xyz(optics);
+        }
+        let iteration = self.iteration_error();
+        let y: Vec<Readings> = lit.iter().map(|i| grid[*i].readings_y(optics)).collect();
+        for (i, stated) in lit.iter().zip(state(&y, iteration)) {
+            grid[*i].y = stated;
+        }
+        if !self.options.spectral {
+            return;
+        }
+        let by_band: Vec<Vec<Stated>> = (0..optics.bands.len())
+            .into_par_iter()
+            .map(|band| {
+                let readings: Vec<Readings> = lit.iter().map(|i| grid[*i].readings(optics, band)).collect();
+                state(&readings, iteration)
+            })
+            .collect();
+        for (k, i) in lit.iter().enumerate() {
+            grid[*i].bands = by_band.iter().map(|b| b[k]).collect();
+        }
+    }
+
+    /// Decides what to refine.
+    fn plan(&self, grids: &mut [Vec<SensorState>], size: &mut f64, elements: usize) -> Plan {
+        let tolerance = self.options.tolerance;
+        if grids.iter().all(|g| holding(g, tolerance) >= HOLD) {
+            return Plan::Stop;
+        }
+        let (mut failing, mut blames_mesh, mut more_rays) = (0, 0, 0);
+        let mut ratios = Vec::new();
+        for s in grids.iter_mut().filter(|g| holding(g, tolerance) < HOLD).flatten() {
+            let Some(worst) = s.worst(tolerance) else { continue };
+            failing += 1;
+            let excess = worst.error / (tolerance * worst.scale);
+            if worst.rays >= worst.rows.max(worst.mesh) {
+                // Noise of a well-spread set falls nearly as n^-0.75.
+                let factor = (excess.powf(1.5).ceil() as u32).next_power_of_two().clamp(2, 16);
+                let wanted = s.done.saturating_mul(factor).min(MAX_SET_RAYS);
+                more_rays += u32::from(wanted > s.wanted);
+                s.wanted = wanted;
+            } else {
+                blames_mesh += 1;
+                ratios.push(excess);
+            }
+        }
+        let finer = elements * 2 < MAX_ELEMENTS;
+        if finer && blames_mesh * 4 >= failing || (more_rays == 0 && finer && blames_mesh > 0) {
+            let excess = super::statement::median(ratios);
+            *size /= if excess > 1.6 { 2.0 } else { std::f64::consts::SQRT_2 };
+            return Plan::FinerMesh;
+        }
+        if more_rays > 0 { Plan::MoreRays } else { Plan::Stop }
+    }
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Plan {
+    Stop,
+    MoreRays,
+    FinerMesh,
+}
+
+/// Share of the lit sensors of a grid that hold the tolerance.
+pub(super) fn holding(grid: &[SensorState], tolerance: f64) -> f64 {
+    let lit = grid.iter().filter(|s| s.probe.status == Status::Ok).count();
+    if lit == 0 {
+        return 1.0;
+    }
+    grid.iter().filter(|s| s.holds(tolerance)).count() as f64 / lit as f64
+}
+
+impl SensorState {
+    fn restart(&mut self, pad: usize) {
+        self.sums.iter_mut().for_each(|s| *s = SetSums::new(pad, REPLICAS));
+        self.done = 0;
+    }
+
+    /// Is the sensor lit, and its error inside the tolerance in all that was asked?
+    pub(super) fn holds(&self, tolerance: f64) -> bool {
+        self.probe.status == Status::Ok && self.worst(tolerance).is_none()
+    }
+
+    /// The quantity furthest beyond the tolerance, if any is.
+    fn worst(&self, tolerance: f64) -> Option<Stated> {
+        if self.probe.status != Status::Ok {
+            return None;
+        }
+        let beyond = |s: &&Stated| s.error > tolerance * s.scale;
+        let excess = |s: &Stated| s.error / s.scale;
+        std::iter::once(&self.y)
+            .chain(&self.bands)
+            .filter(beyond)
+            .max_by(|a, b| excess(a).total_cmp(&excess(b)))
+            .copied()
+    }
+
+    fn direct(&self, set: usize) -> &[f64] {
+        &self.direct[set % self.direct.len()]
+    }
+
+    fn direct_band(&self, optics: &Optics, set: usize, band: usize) -> f64 {
+        self.direct(set).iter().zip(&optics.exitance).map(|(f, m)| f * f64::from(m[band])).sum()
+    }
+
+    fn direct_xyz(&self, optics: &Optics, set: usize) -> [f64; 3] {
+        optics.xyz_of_direct(self.direct(set))
+    }
+
+    fn measure_xyz(&mut self, optics: &Optics) {
+        self.xyz = [0.0; 3];
+        self.direct_y = 0.0;
+        let share = 1.0 / REPLICAS as f64;
+        for a in 0..REPLICAS {
+            let direct = self.direct_xyz(optics, a);
+            self.direct_y += share * direct[1];
+            for b in 0..REPLICAS {
+                let reflected = self.sums[a].xyz(b, optics, false);
+                for k in 0..3 {
+                    self.xyz[k] += share * share * (direct[k] + reflected[k]);
+                }
+            }
+        }
+    }
+
+    fn total_rays(&self) -> f64 {
+        self.sums.iter().map(|s| f64::from(s.rays)).sum::<f64>().max(1.0)
+    }
+
+    fn readings_y(&self, optics: &Optics) -> Readings {
+        let mut r = Readings::default();
+        let (mut mean, mut square) = (0.0, 0.0);
+        for a in 0..REPLICAS {
+            let direct = self.direct_xyz(optics, a)[1];
+            for b in 0..REPLICAS {
+                let reflected = self.sums[a].xyz(b, optics, false)[1];
+                r.main[a][b] = direct + reflected;
+                r.twin[a][b] = direct + self.sums[a].xyz(b, optics, true)[1];
+                mean += reflected / (REPLICAS * REPLICAS) as f64;
+            }
+            square += self.sums[a].mean_square_y() / REPLICAS as f64;
+        }
+        r.naive = (square - mean * mean).max(0.0) / self.total_rays();
+        r
+    }
+
+    fn readings(&self, optics: &Optics, band: usize) -> Readings {
+        let mut r = Readings::default();
+        let (mut mean, mut square) = (0.0, 0.0);
+        for a in 0..REPLICAS {
+            let direct = self.direct_band(optics, a, band);
+            for b in 0..REPLICAS {
+                let reflected = self.sums[a].band(b, band, optics.pad, false);
+                r.main[a][b] = direct + reflected;
+                r.twin[a][b] = direct + self.sums[a].band(b, band, optics.pad, true);
+                mean += reflected / (REPLICAS * REPLICAS) as f64;
+            }
+            square += self.sums[a].mean_square(band) / REPLICAS as f64;
+        }
+        r.naive = (square - mean * mean).max(0.0) / self.total_rays();
+        r
+    }
+}

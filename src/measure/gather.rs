@@ -1,0 +1,396 @@
+//! The final gather: what a point receives, from the radiosities of what its rays meet.
+//!
+//! Direct light is exact and apart. A ray that lands far away reads the element it lands on, in all replicas of the
+//! solution at once; a ray that lands nearer than an element is wide does not trust the element's mean and goes on
+//! from there as a path, with exact direct light at every vertex. A landing on an element that was never made is
+//! treated the same way, so that no value is ever made up.
+
+use glam::DVec3;
+
+use crate::mesh::{Elements, NO_ELEMENT};
+use crate::solve::Solution;
+use crate::transport::caster::{Hit, MISS, Ray};
+use crate::transport::points::{Points, seed};
+use crate::transport::{DirectScratch, Fork, Landing, Optics, Tint, World, cosine_direction, direct, follow};
+
+/// Independent ray sets, and independent solutions to look up.
+pub(super) const REPLICAS: usize = 4;
+/// Longest path of near hits.
+const MAX_BOUNCES: u32 = 64;
+/// A path this weak is ended or strengthened by chance.
+const ROULETTE: f32 = 0.05;
+const BATCH: usize = 64;
+/// Every so many rays the squares of all bands are summed as well.
+const SQUARES_EVERY: u32 = 4;
+
+/// A mesh with its solution, and its XYZ per element.
+#[derive(Debug)]
+pub(super) struct Solved {
+    pub(super) mesh: Elements,
+    pub(super) solution: Solution,
+    /// `[element][replica][x, y, z, 0]`.
+    xyz: Vec<f32>,
+}
+
+impl Solved {
+    pub(super) fn new(mesh: Elements, solution: Solution, optics: &Optics) -> Self {
+        let mut xyz = Vec::with_capacity(mesh.len() * solution.replicas * 4);
+        for bands in solution.radiosity.chunks_exact(optics.pad) {
+            xyz.extend_from_slice(&project(bands, optics));
+        }
+        Self { mesh, solution, xyz }
+    }
+
+    /// The same mesh with the mean over the replicas: a single solution, for pictures.
+    pub(super) fn averaged(&self, optics: &Optics) -> Self {
+        let (r, pad) = (self.solution.replicas, optics.pad);
+        let mut radiosity = Vec::with_capacity(self.solution.radiosity.len() / r);
+        for element in self.solution.radiosity.chunks_exact(r * pad) {
+            radiosity.extend((0..pad).map(|b| (0..r).map(|k| element[k * pad + b]).sum::<f32>() / r as f32));
+        }
+        let solution = Solution {
+            radiosity,
+            replicas: 1,
+            pad,
+            absorbed: Vec::new(),
+            escaped: Vec::new(),
+            lost: Vec::new(),
+            ..self.solution
+        };
+        Self::new(self.mesh.clone(), solution, optics)
+    }
+
+    fn xyz(&self, element: u32) -> &[f32] {
+        let n = self.solution.replicas * 4;
+        &self.xyz[element as usize * n..(element as usize + 1) * n]
+    }
+}
+
+fn project(bands: &[f32], optics: &Optics) -> [f32; 4] {
+    let weigh = |w: &[f32]| bands.iter().zip(w).map(|(b, w)| b * w).sum::<f32>();
+    [weigh(&optics.xyz[0]), weigh(&optics.xyz[1]), weigh(&optics.xyz[2]), 0.0]
+}
+
+/// Everything a gather reads.
+#[derive(Debug)]
+pub(super) struct Field<'a> {
+    pub(super) world: &'a World,
+    pub(super) optics: &'a Optics,
+    pub(super) main: &'a Solved,
+    pub(super) twin: Option<&'a Solved>,
+    /// Keep every band, or XYZ alone.
+    pub(super) spectral: bool,
+}
+
+/// Sums over the rays of one set, not yet divided by their number.
+#[derive(Clone, Debug)]
+pub(super) struct SetSums {
+    /// Rays that count.
+    pub(super) rays: u32,
+    /// `[replica][band]`, main and twin.
+    main: Vec<f32>,
+    twin: Vec<f32>,
+    /// Direct light at path vertices, and emission in mirrors: the same for all replicas.
+    shared: Vec<f32>,
+    main_xyz: Vec<f32>,
+    twin_xyz: Vec<f32>,
+    /// Sums of squares of the mean over replicas: Y for every ray, bands for every fourth.
+    square_y: f64,
+    square_bands: Vec<f32>,
+    squared: u32,
+}
+
+impl SetSums {
+    pub(super) fn new(pad: usize, replicas: usize) -> Self {
+        Self {
+            rays: 0,
+            main: vec![0.0; replicas * pad],
+            twin: vec![0.0; replicas * pad],
+            shared: vec![0.0; pad],
+            main_xyz: vec![0.0; 4 * replicas],
+            twin_xyz: vec![0.0; 4 * replicas],
+            square_y: 0.0,
+            square_bands: vec![0.0; pad],
+            squared: 0,
+        }
+    }
+
+    /// Mean over the rays in one band.
+    pub(super) fn band(&self, replica: usize, band: usize, pad: usize, twin: bool) -> f64 {
+        let values = if twin { &self.twin } else { &self.main };
+        (f64::from(values[replica * pad + band]) + f64::from(self.shared[band])) / f64::from(self.rays.max(1))
+    }
+
+    /// Means over the rays, band by band.
+    pub(super) fn bands(&self, replica: usize, pad: usize, twin: bool) -> impl Iterator<Item = f64> + '_ {
+        let n = f64::from(self.rays.max(1));
+        let values = if twin { &self.twin } else { &self.main };
+        values[replica * pad..(replica + 1) * pad]
+            .iter()
+            .zip(&self.shared)
+            .map(move |(v, s)| (f64::from(*v) + f64::from(*s)) / n)
+    }
+
+    /// Mean XYZ over the rays, of main or twin.
+    pub(super) fn xyz(&self, replica: usize, optics: &Optics, twin: bool) -> [f64; 3] {
+        let far = if twin { &self.twin_xyz } else { &self.main_xyz };
+        let n = f64::from(self.rays.max(1));
+        let mut xyz: [f64; 3] = std::array::from_fn(|k| f64::from(far[replica * 4 + k]) / n);
+        for (b, value) in self.bands(replica, optics.pad, twin).enumerate() {
+            for (sum, w) in xyz.iter_mut().zip(&optics.xyz) {
+                *sum += value * f64::from(w[b]);
+            }
+        }
+        xyz
+    }
+
+    /// Mean square of a ray's Y.
+    pub(super) fn mean_square_y(&self) -> f64 {
+        self.square_y / f64::from(self.rays.max(1))
+    }
+
+    /// Mean square of a ray's value in a band.
+    pub(super) fn mean_square(&self, band: usize) -> f64 {
+        f64::from(self.square_bands[band]) / f64::from(self.squared.max(1))
+    }
+}
+
+/// Buffers of one thread, and what was done with them.
+#[derive(Debug)]
+pub(super) struct Gatherer<'a> {
+    field: &'a Field<'a>,
+    pub(super) scratch: DirectScratch,
+    tint: Tint,
+    throughput: Vec<f32>,
+    value: Vec<f32>,
+    factors: Vec<f64>,
+    rays: Vec<Ray>,
+    hits: Vec<Hit>,
+    pub(super) cast: u64,
+    /// Rays of which the first landing was too near to trust the element.
+    pub(super) near: u64,
+}
+
+/// Where a ray's light is looked up at last.
+enum End {
+    Element { main: u32, twin: u32 },
+    Dark,
+    Covered,
+}
+
+impl<'a> Gatherer<'a> {
+    pub(super) fn new(field: &'a Field<'a>) -> Self {
+        let pad = field.optics.pad;
+        Self {
+            field,
+            scratch: DirectScratch::default(),
+            tint: Tint::new(pad),
+            throughput: vec![1.0; pad],
+            value: vec![0.0; pad],
+            factors: vec![0.0; field.world.emitters.groups()],
+            rays: Vec::new(),
+            hits: Vec::new(),
+            cast: 0,
+            near: 0,
+        }
+    }
+
+    /// Direct irradiance per unit exitance of every group; was it exact?
+    pub(super) fn direct(&mut self, x: DVec3, normal: DVec3, sample: u64) -> (Vec<f64>, bool) {
+        let mut out = vec![0.0; self.field.world.emitters.groups()];
+        let before = self.scratch.rays;
+        direct(self.field.world, x, normal, sample, &mut self.scratch, &mut out);
+        (out, self.scratch.rays == before)
+    }
+
+    /// Adds the rays `from..to` of a set to its sums.
+    pub(super) fn gather(&mut self, x: DVec3, normal: DVec3, stream: u64, range: (u32, u32), sums: &mut SetSums) {
+        let points = Points::new(stream);
+        let mut from = range.0;
+        while from < range.1 {
+            let to = (from + BATCH as u32).min(range.1);
+            let mut rays = std::mem::take(&mut self.rays);
+            let mut hits = std::mem::take(&mut self.hits);
+            rays.clear();
+            rays.extend((from..to).map(|k| {
+                let (a, b) = points.pair(k, 0);
+                Ray::new(x, cosine_direction(normal, a, b))
+            }));
+            hits.clear();
+            hits.resize(rays.len(), Hit { t: 0.0, surface: MISS });
+            self.field.world.caster.closest_batch(&rays, &mut hits);
+            self.cast += rays.len() as u64;
+            for (i, (ray, hit)) in rays.iter().zip(&hits).enumerate() {
+                self.one(*ray, *hit, &points, from + i as u32, stream, sums);
+            }
+            (self.rays, self.hits) = (rays, hits);
+            from = to;
+        }
+    }
+
+    fn one(&mut self, ray: Ray, hit: Hit, points: &Points, k: u32, stream: u64, sums: &mut SetSums) {
+        let wants_squares = self.field.spectral && k.is_multiple_of(SQUARES_EVERY);
+        self.value.fill(0.0);
+        let (end, plain) = self.trace(ray, hit, points, k, stream);
+        if matches!(end, End::Covered) {
+            return;
+        }
+        sums.rays += 1;
+        let mut y = 0.0;
+        if !plain {
+            for (s, v) in sums.shared.iter_mut().zip(&self.value) {
+                *s += v;
+            }
+        }
+        if let End::Element { main, twin } = end {
+            let field = self.field;
+            let other = field.twin.unwrap_or(field.main);
+            let (main, twin, twin_of) =
+                if twin == NO_ELEMENT { (main, main, field.main) } else { (main, twin, other) };
+            if plain && !field.spectral {
+                let values = field.main.xyz(main);
+                add(&mut sums.main_xyz, values);
+                add(&mut sums.twin_xyz, twin_of.xyz(twin));
+                y += values.chunks_exact(4).map(|v| v[1]).sum::<f32>() / (values.len() / 4) as f32;
+            } else if plain {
+                let values = field.main.solution.of(main);
+                add(&mut sums.main, values);
+                add(&mut sums.twin, twin_of.solution.of(twin));
+                self.add_mean(values, wants_squares);
+            } else {
+                let values = field.main.solution.of(main);
+                add_weighted(&mut sums.main, values, &self.throughput);
+                add_weighted(&mut sums.twin, twin_of.solution.of(twin), &self.throughput);
+                self.add_weighted_mean(values);
+            }
+        }
+        if !plain || wants_squares {
+            y += self.value.iter().zip(&self.field.optics.xyz[1]).map(|(v, w)| v * w).sum::<f32>();
+        }
+        if !self.field.spectral {
+            sums.square_y += f64::from(y) * f64::from(y);
+        } else if wants_squares {
+            sums.square_y += f64::from(y) * f64::from(y) * f64::from(SQUARES_EVERY);
+            sums.squared += 1;
+            for (s, v) in sums.square_bands.iter_mut().zip(&self.value) {
+                *s += v * v;
+            }
+        }
+    }
+
+    fn add_mean(&mut self, values: &[f32], wanted: bool) {
+        if wanted {
+            let share = self.value.len() as f32 / values.len() as f32;
+            for replica in values.chunks_exact(self.value.len()) {
+                self.value.iter_mut().zip(replica).for_each(|(s, v)| *s += v * share);
+            }
+        }
+    }
+
+    fn add_weighted_mean(&mut self, values: &[f32]) {
+        let share = self.value.len() as f32 / values.len() as f32;
+        for replica in values.chunks_exact(self.value.len()) {
+            for ((s, v), t) in self.value.iter_mut().zip(replica).zip(&self.throughput) {
+                *s += v * t * share;
+            }
+        }
+    }
+
+    /// Follows a ray to where its light can be read. `true`: nothing was taken from it on the way and nothing added.
+    fn trace(&mut self, mut ray: Ray, mut hit: Hit, points: &Points, k: u32, stream: u64) -> (End, bool) {
+        let field = self.field;
+        let (world, optics) = (field.world, field.optics);
+        let mut plain = true;
+        for bounce in 0..MAX_BOUNCES {
+            self.tint.reset();
+            let choice = if world.has_glass() { points.get(k, 4 * bounce + 4) } else { 0.5 };
+            let landing = follow(world, optics, ray, hit, Fork::Chance(choice), &mut self.tint, &mut self.cast);
+            let (surface, front, point, distance, mirrored) = match landing {
+                Landing::Surface { surface, front, point, distance, mirrored } => {
+                    (surface, front, point, distance, mirrored)
+                }
+                // Only the first ray can tell that the point itself is covered; later ones slipped under an edge.
+                Landing::Covered if bounce == 0 => return (End::Covered, true),
+                _ => return (End::Dark, plain),
+            };
+            if self.tint.scale != 1.0 || self.tint.coloured {
+                self.spoil(&mut plain);
+                for (band, t) in self.throughput.iter_mut().enumerate() {
+                    *t *= self.tint.share(band);
+                }
+            }
+            if mirrored && let Some(group) = world.group(surface, front) {
+                self.spoil(&mut plain);
+                add_product(&mut self.value, &optics.exitance[group], &self.throughput, 1.0);
+            }
+            let s = &world.surfaces.list[surface as usize];
+            let uv = s.uv(point);
+            let element = field.main.mesh.find(field.main.mesh.key_at(surface as usize, front, uv));
+            if distance >= field.main.mesh.size && element != NO_ELEMENT {
+                let twin = field.twin.map_or(NO_ELEMENT, |t| t.mesh.find(t.mesh.key_at(surface as usize, front, uv)));
+                return (End::Element { main: element, twin }, plain);
+            }
+            self.near += u64::from(bounce == 0);
+            self.spoil(&mut plain);
+            let rho = optics.rho(s.material, front);
+            let mut strongest = 0.0f32;
+            for (t, r) in self.throughput.iter_mut().zip(rho) {
+                *t *= r;
+                strongest = strongest.max(*t);
+            }
+            if strongest < ROULETTE {
+                // Same expected value, fewer hopeless paths.
+                let survival = strongest / ROULETTE;
+                if points.get(k, 4 * bounce + 5) >= f64::from(survival) {
+                    return (End::Dark, plain);
+                }
+                self.throughput.iter_mut().for_each(|t| *t /= survival);
+            }
+            let normal = s.side_normal(front);
+            let x = world.lift(s.point(uv), normal);
+            self.factors.fill(0.0);
+            let shadow = seed(&[stream, u64::from(k), u64::from(bounce)]);
+            direct(world, x, normal, shadow, &mut self.scratch, &mut self.factors);
+            for (factor, m) in self.factors.iter().zip(&optics.exitance) {
+                add_product(&mut self.value, m, &self.throughput, *factor as f32);
+            }
+            let (a, b) = points.pair(k, 4 * bounce + 2);
+            ray = Ray::new(x, cosine_direction(normal, a, b));
+            hit = world.caster.closest(&ray);
+            self.cast += 1;
+        }
+        (End::Dark, plain)
+    }
+
+    /// From here on the ray carries a spectrum of its own.
+    fn spoil(&mut self, plain: &mut bool) {
+        if *plain {
+            *plain = false;
+            self.throughput.fill(1.0);
+        }
+    }
+}
+
+#[inline]
+fn add(sums: &mut [f32], values: &[f32]) {
+    for (s, v) in sums.iter_mut().zip(values) {
+        *s += v;
+    }
+}
+
+#[inline]
+fn add_weighted(sums: &mut [f32], values: &[f32], weights: &[f32]) {
+    let pad = weights.len();
+    for (sums, values) in sums.chunks_exact_mut(pad).zip(values.chunks_exact(pad)) {
+        for ((s, v), w) in sums.iter_mut().zip(values).zip(weights) {
+            *s += v * w;
+        }
+    }
+}
+
+#[inline]
+fn add_product(sums: &mut [f32], a: &[f32], b: &[f32], factor: f32) {
+    for ((s, x), y) in sums.iter_mut().zip(a).zip(b) {
+        *s += x * y * factor;
+    }
+}

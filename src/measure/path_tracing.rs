@@ -1,0 +1,260 @@
+//! The reference: unbiased spectral path tracing at the same sensors (Kajiya 1986), with next-event estimation.
+//!
+//! Simple, slow, the judge of all other methods. It shares scene and ray caster with them and nothing of the mesh, the
+//! rows or the exact clipping. Paths come in independent batches of well-spread points; their scatter gives the
+//! confidence interval.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::options::Progress;
+use super::probe::Probe;
+use super::result::{BandValue, GridResult, SensorResult, Status};
+use super::statement::student;
+use crate::mesh::sample_polygon;
+use crate::scene::{Grid, Sensor};
+use crate::transport::caster::Ray;
+use crate::transport::points::{Points, seed};
+use crate::transport::{DirectScratch, Fork, Landing, Optics, Tint, World, cosine_direction, follow, transmittance_to};
+
+/// Independent batches.
+const BATCHES: usize = 32;
+/// Bounces after which weak paths are ended by chance.
+const ROULETTE_FROM: u32 = 3;
+const MAX_BOUNCES: u32 = 10_000;
+/// Dimensions of the point set that one bounce takes: emitter (3), direction (2), pane, roulette, spare.
+const STRIDE: u32 = 8;
+
+/// Buffers of one thread.
+pub(super) struct Tracer<'a> {
+    world: &'a World,
+    optics: &'a Optics,
+    scratch: DirectScratch,
+    tint: Tint,
+    throughput: Vec<f32>,
+    /// Sum of one path, reflected light.
+    path: Vec<f32>,
+    /// Cumulated power of the emitters, and each one's share.
+    odds: &'a [(f64, f64)],
+    cast: u64,
+}
+
+/// Cumulated odds of the emitters, by power in all bands, and each one's own.
+pub(super) fn emitter_odds(world: &World, optics: &Optics) -> Vec<(f64, f64)> {
+    let power = |e: &crate::light::Emitter| e.area * f64::from(optics.exitance[e.group].iter().sum::<f32>());
+    let total: f64 = world.emitters.list.iter().map(power).sum();
+    let mut sum = 0.0;
+    world
+        .emitters
+        .list
+        .iter()
+        .map(|e| {
+            let own = power(e) / total;
+            sum += own;
+            (sum, own)
+        })
+        .collect()
+}
+
+impl<'a> Tracer<'a> {
+    pub(super) fn new(world: &'a World, optics: &'a Optics, odds: &'a [(f64, f64)]) -> Self {
+        Self {
+            world,
+            optics,
+            scratch: DirectScratch::default(),
+            tint: Tint::new(optics.pad),
+            throughput: vec![1.0; optics.pad],
+            path: vec![0.0; optics.pad],
+            odds,
+            cast: 0,
+        }
+    }
+
+    /// Irradiance per unit exitance from one point of one emitter, chosen by chance.
+    fn next_event(&mut self, x: DVec3, normal: DVec3, points: &Points, k: u32, dimension: u32) -> Option<(usize, f64)> {
+        let want = points.get(k, dimension);
+        let chosen = self.odds.iter().position(|o| want < o.0)?;
+        let emitter = &self.world.emitters.list[chosen];
+        let surface = &self.world.surfaces.list[emitter.surface];
+        let (a, b) = points.pair(k, dimension + 1);
+        let d = surface.point(sample_polygon(&surface.outline, a, b)) - x;
+        let cosines = normal.dot(d).max(0.0) * (-emitter.normal.dot(d)).max(0.0);
+        if cosines <= 0.0 {
+            return None;
+        }
+        let r2 = d.length_squared();
+        let left = transmittance_to(self.world, x, d, emitter.surface, &mut self.scratch);
+        let kernel = cosines / (std::f64::consts::PI * r2 * r2);
+        (left > 0.0).then(|| (emitter.group, kernel * emitter.area * left / self.odds[chosen].1))
+    }
+
+    /// One path: direct light at its start is returned apart, all else is left in `self.path`. `None`: covered.
+    fn trace(&mut self, start: DVec3, facing: DVec3, points: &Points, k: u32) -> Option<Option<(usize, f64)>> {
+        self.path.fill(0.0);
+        self.throughput.fill(1.0);
+        let direct = self.next_event(start, facing, points, k, 0);
+        let (mut x, mut normal) = (start, facing);
+        for bounce in 0..MAX_BOUNCES {
+            let base = bounce * STRIDE;
+            let (a, b) = points.pair(k, base + 3);
+            let ray = Ray::new(x, cosine_direction(normal, a, b));
+            let hit = self.world.caster.closest(&ray);
+            self.cast += 1;
+            self.tint.reset();
+            let fork = Fork::Chance(points.get(k, base + 5));
+            let landing = follow(self.world, self.optics, ray, hit, fork, &mut self.tint, &mut self.cast);
+            let Landing::Surface { surface, front, point, mirrored, .. } = landing else {
+                return (!(bounce == 0 && matches!(landing, Landing::Covered))).then_some(direct);
+            };
+            let s = &self.world.surfaces.list[surface as usize];
+            let rho = self.optics.rho(s.material, front);
+            if mirrored && let Some(group) = self.world.group(surface, front) {
+                for band in 0..self.path.len() {
+                    self.path[band] +=
+                        self.throughput[band] * self.tint.share(band) * self.optics.exitance[group][band];
+                }
+            }
+            let mut strongest = 0.0f32;
+            for band in 0..self.throughput.len() {
+                self.throughput[band] *= rho[band] * self.tint.share(band);
+                strongest = strongest.max(self.throughput[band]);
+            }
+            if bounce >= ROULETTE_FROM || strongest == 0.0 {
+                let survival = strongest.min(0.95);
+                if points.get(k, base + 6) >= f64::from(survival) {
+                    return Some(direct);
+                }
+                self.throughput.iter_mut().for_each(|t| *t /= survival);
+            }
+            normal = s.side_normal(front);
+            x = self.world.lift(s.point(s.uv(point)), normal);
+            if let Some((group, factor)) = self.next_event(x, normal, points, k, base + STRIDE) {
+                for band in 0..self.path.len() {
+                    self.path[band] += self.throughput[band] * self.optics.exitance[group][band] * factor as f32;
+                }
+            }
+        }
+        Some(direct)
+    }
+}
+
+/// Sums of one batch.
+struct Batch {
+    reflected: Vec<f64>,
+    direct: Vec<f64>,
+    paths: f64,
+}
+
+/// Traces `paths` paths from every sensor of a grid.
+pub(super) fn grid(
+    world: &World,
+    optics: &Optics,
+    grid: &Grid,
+    stream: u64,
+    paths: u64,
+    spectral: bool,
+    progress: &dyn Progress,
+) -> (GridResult, u64) {
+    let odds = emitter_odds(world, optics);
+    let results: Vec<(SensorResult, u64)> = grid
+        .sensors
+        .par_iter()
+        .enumerate()
+        .with_max_len(1)
+        .map_init(
+            || Tracer::new(world, optics, &odds),
+            |tracer, (i, s)| {
+                let before = tracer.cast + tracer.scratch.rays;
+                let result = tracer.sensor(s, seed(&[stream, i as u64]), paths, spectral);
+                progress.advance(1);
+                (result, tracer.cast + tracer.scratch.rays - before)
+            },
+        )
+        .collect();
+    let rays = results.iter().map(|r| r.1).sum();
+    let sensors: Vec<SensorResult> = results.into_iter().map(|r| r.0).collect();
+    (GridResult { name: grid.name.clone(), layout: grid.layout.clone(), sensors, holding: 0 }, rays)
+}
+
+impl Tracer<'_> {
+    fn sensor(&mut self, sensor: &Sensor, stream: u64, paths: u64, spectral: bool) -> SensorResult {
+        let probe = Probe::new(self.world, sensor);
+        let mut result = SensorResult::new(sensor, probe.status);
+        if probe.status != Status::Ok {
+            return result;
+        }
+        let per_batch = (paths / BATCHES as u64).max(1) as u32;
+        let batches: Vec<Batch> =
+            (0..BATCHES).map(|b| self.batch(&probe, seed(&[stream, b as u64]), per_batch)).collect();
+        let n = self.optics.bands.len();
+        let bands = |b: &Batch| -> Vec<f64> {
+            (0..n)
+                .map(|band| {
+                    let direct = self.direct_band(&b.direct, band);
+                    (b.reflected[band] + direct) / b.paths
+                })
+                .collect()
+        };
+        let by_batch: Vec<Vec<f64>> = batches.iter().map(bands).collect();
+        let half_width = |f: &dyn Fn(&[f64]) -> f64| {
+            let values: Vec<f64> = by_batch.iter().map(|b| f(b)).collect();
+            let mean = values.iter().sum::<f64>() / BATCHES as f64;
+            let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (BATCHES - 1) as f64;
+            (mean, student((BATCHES - 1) as f64) * (variance / BATCHES as f64).sqrt())
+        };
+        let means: Vec<BandValue> = (0..n)
+            .map(|band| {
+                let (irradiance, error) = half_width(&|b| b[band]);
+                BandValue { irradiance, error }
+            })
+            .collect();
+        let optics = self.optics;
+        result.error_lx = half_width(&|b| optics.bands.xyz(b)[1]).1;
+        result.xyz = optics.bands.xyz(&means.iter().map(|b| b.irradiance).collect::<Vec<_>>());
+        let direct: Vec<f64> = (0..n)
+            .map(|band| {
+                batches.iter().map(|b| self.direct_band(&b.direct, band) / b.paths).sum::<f64>() / BATCHES as f64
+            })
+            .collect();
+        result.direct_lx = optics.bands.xyz(&direct)[1];
+        result.reflected_lx = result.xyz[1] - result.direct_lx;
+        if spectral {
+            result.spectral = means;
+        }
+        result
+    }
+
+    fn direct_band(&self, direct: &[f64], band: usize) -> f64 {
+        direct.iter().zip(&self.optics.exitance).map(|(f, m)| f * f64::from(m[band])).sum()
+    }
+
+    fn batch(&mut self, probe: &Probe, stream: u64, paths: u32) -> Batch {
+        let points = Points::new(stream);
+        let mut batch = Batch {
+            reflected: vec![0.0; self.optics.pad],
+            direct: vec![0.0; self.world.emitters.groups()],
+            paths: 0.0,
+        };
+        for k in 0..paths {
+            let Some(direct) = self.trace(probe.position, probe.normal, &points, k) else { continue };
+            batch.paths += 1.0;
+            if let Some((group, factor)) = direct {
+                batch.direct[group] += factor;
+            }
+            for (sum, v) in batch.reflected.iter_mut().zip(&self.path) {
+                *sum += f64::from(*v);
+            }
+        }
+        batch.paths = batch.paths.max(1.0);
+        batch
+    }
+
+    /// Irradiance at a point by `paths` paths, by band: for pictures.
+    pub(super) fn irradiance(&mut self, x: DVec3, normal: DVec3, stream: u64, paths: u32) -> Vec<f32> {
+        let probe = Probe { position: x, normal, status: Status::Ok };
+        let batch = self.batch(&probe, stream, paths);
+        (0..self.optics.pad)
+            .map(|band| ((batch.reflected[band] + self.direct_band(&batch.direct, band)) / batch.paths) as f32)
+            .collect()
+    }
+}

@@ -1,0 +1,65 @@
+//! Sensors made ready: snapped to the surface they lie on, and told whether they can see anything.
+
+use glam::DVec3;
+
+use super::result::Status;
+use crate::scene::Sensor;
+use crate::transport::caster::{MISS, Ray};
+use crate::transport::points::Points;
+use crate::transport::{World, cosine_direction};
+
+/// Distance, in units of the scene's size, within which a sensor lies on a surface.
+const ON_SURFACE: f64 = 1e-5;
+/// Rays that look whether a point is inside a solid.
+const LOOKS: u32 = 16;
+
+/// A sensor in the program's frame.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Probe {
+    pub(super) position: DVec3,
+    pub(super) normal: DVec3,
+    pub(super) status: Status,
+}
+
+impl Probe {
+    pub(super) fn new(world: &World, sensor: &Sensor) -> Self {
+        let (normal, mut position) = (sensor.normal, world.surfaces.frame.to_local(sensor.position));
+        let on = surface_below(world, position, normal);
+        if let Some((surface, front)) = on {
+            let s = &world.surfaces.list[surface];
+            position = world.lift(s.point(s.uv(position)), s.side_normal(front));
+        }
+        let status = match (hidden(world, position, normal), on) {
+            (false, _) => Status::Ok,
+            (true, Some(_)) => Status::Covered,
+            (true, None) => Status::Inside,
+        };
+        Self { position, normal, status }
+    }
+}
+
+/// The surface that a point lies on with the given normal, and which side faces that way.
+fn surface_below(world: &World, p: DVec3, normal: DVec3) -> Option<(usize, bool)> {
+    let ray = Ray::to(p + normal * ON_SURFACE, -normal, (2.0 * ON_SURFACE) as f32);
+    let hit = world.caster.closest(&ray);
+    if hit.surface == MISS {
+        return None;
+    }
+    let cosine = world.surfaces.list[hit.surface as usize].normal.dot(normal);
+    (cosine.abs() > 0.9999).then_some((hit.surface as usize, cosine > 0.0))
+}
+
+/// Do most rays meet the inside of a solid first?
+fn hidden(world: &World, p: DVec3, normal: DVec3) -> bool {
+    let points = Points::new(0);
+    let inside = (0..LOOKS).filter(|k| {
+        let (a, b) = points.pair(*k, 0);
+        let direction = cosine_direction(normal, a, b);
+        let hit = world.caster.closest(&Ray::new(p, direction));
+        hit.surface != MISS && {
+            let s = &world.surfaces.list[hit.surface as usize];
+            s.solid && s.normal.dot(direction) > 0.0
+        }
+    });
+    inside.count() as u32 * 2 > LOOKS
+}

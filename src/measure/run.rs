@@ -1,0 +1,222 @@
+//! From a scene and a tolerance to a [`Measurement`].
+
+use std::time::Instant;
+
+use super::adaptive::{Adapted, SensorState, Task};
+use super::options::{Method, Progress, SolveOptions};
+use super::result::{
+    BandValue, GridResult, LeftOut, Ledger, Measurement, Record, SensorResult, Setting, Status, ViewResult,
+};
+use super::{ledger, path_tracing, view};
+use crate::error::{Error, Result};
+use crate::scene::{MaterialKind, Scene};
+use crate::spectrum::{Bands, SpectralValue, Spectrum};
+use crate::transport::points::seed;
+use crate::transport::{Optics, World};
+
+/// Solves a scene to the tolerance asked for.
+///
+/// # Errors
+///
+/// When the scene is physically impossible (no finite solution) or has no bands.
+pub fn solve(scene: &Scene, options: &SolveOptions, progress: &dyn Progress) -> Result<Measurement> {
+    if !(options.tolerance.is_finite() && options.tolerance > 0.0) {
+        return Err(Error::malformed(format!("tolerance {} is not a positive number", options.tolerance)));
+    }
+    let start = Instant::now();
+    progress.stage("geometry", 0);
+    let world = World::new(scene);
+    let (bands, why) = plan_bands(scene, options.tolerance)?;
+    let optics = Optics::new(scene, &world, bands);
+    let mut record = Record {
+        method: match options.method {
+            Method::Auto => "auto".into(),
+            Method::PathTracing => "path-tracing".into(),
+        },
+        seed: options.seed,
+        tolerance: options.tolerance,
+        settings: vec![Setting { name: "bands".into(), value: optics.bands.len().to_string(), why }],
+        warnings: scene.warnings.clone(),
+        ..Record::default()
+    };
+    if world.emitters.list.is_empty() {
+        record.warnings.push("nothing in the scene emits light: all results are zero".into());
+    }
+    record.timings_s.push(("geometry".into(), start.elapsed().as_secs_f64()));
+    let task = Task { scene, world: &world, optics: &optics, options, progress };
+    match options.method {
+        Method::Auto => by_radiosity(&task, record),
+        Method::PathTracing => Ok(by_path_tracing(&task, record)),
+    }
+}
+
+/// The bands of a run: the scene's own spectra decide.
+fn plan_bands(scene: &Scene, tolerance: f64) -> Result<(Bands, String)> {
+    let mut area = vec![0.0; scene.materials.len()];
+    for f in &scene.faces {
+        area[f.material] += f.area_m2;
+    }
+    let mut reflectances: Vec<(&SpectralValue, f64)> = Vec::new();
+    let mut lights: Vec<(&Spectrum, f64)> = Vec::new();
+    for (m, a) in scene.materials.iter().zip(&area).filter(|(_, a)| **a > 0.0) {
+        match &m.kind {
+            MaterialKind::Diffuse { front, back } => reflectances.extend([(front, *a), (back, *a)]),
+            MaterialKind::Mirror { reflectance } => reflectances.push((reflectance, *a)),
+            MaterialKind::Glass { transmittance, .. } => reflectances.push((transmittance, *a)),
+        }
+        lights.extend(m.emission.as_ref().map(|e| (&e.radiance, *a)));
+    }
+    Bands::plan(&scene.bands, &reflectances, &lights, tolerance)
+}
+
+fn by_radiosity(task: &Task<'_>, mut record: Record) -> Result<Measurement> {
+    let mut adapted = task.refine()?;
+    let start = Instant::now();
+    let ledger = ledger::balance(task.world, task.optics, &adapted.main, task.options.seed);
+    record.timings_s.append(&mut adapted.timings);
+    record.timings_s.push(("energy balance".into(), start.elapsed().as_secs_f64()));
+    check_ledger(&ledger, &mut record);
+    let mut views = Vec::new();
+    for (number, v) in task.scene.views.iter().enumerate() {
+        let start = Instant::now();
+        let (picture, rays) = view::paint(task, v, number, &adapted.main, &adapted.twin);
+        adapted.rays += rays;
+        record.timings_s.push((format!("picture {}", v.name), start.elapsed().as_secs_f64()));
+        views.push(picture);
+    }
+    describe(task, &adapted, &mut record);
+    let grids = task
+        .scene
+        .grids
+        .iter()
+        .zip(&adapted.grids)
+        .map(|(grid, states)| GridResult {
+            name: grid.name.clone(),
+            layout: grid.layout.clone(),
+            holding: states.iter().filter(|s| s.holds(task.options.tolerance)).count(),
+            sensors: grid.sensors.iter().zip(states).map(|(sensor, s)| reading(task, sensor, s)).collect(),
+        })
+        .collect();
+    Ok(Measurement { bands: task.optics.bands.clone(), grids, views, ledger, record })
+}
+
+fn reading(task: &Task<'_>, sensor: &crate::scene::Sensor, s: &SensorState) -> SensorResult {
+    let mut result = SensorResult::new(sensor, s.probe.status);
+    if s.probe.status == Status::Ok {
+        result.xyz = s.xyz;
+        result.error_lx = s.y.error;
+        result.direct_lx = s.direct_y;
+        result.reflected_lx = s.xyz[1] - s.direct_y;
+        if task.options.spectral {
+            result.spectral =
+                s.bands.iter().map(|b| BandValue { irradiance: b.value, error: b.error }).collect();
+        }
+    }
+    result
+}
+
+fn describe(task: &Task<'_>, a: &Adapted, record: &mut Record) {
+    let size_m = a.mesh_size * task.world.surfaces.frame.size_m;
+    let setting = |name: &str, value: String, why: &str| Setting { name: name.into(), value, why: why.into() };
+    record.settings.extend([
+        setting("element size", format!("{size_m:.4} m"), "refined until the stated error of the sensors holds"),
+        setting("rays per element", "32".into(), "four independent sets of eight; accuracy comes from element size"),
+        setting(
+            "rays per sensor",
+            format!("{} to {}", 4 * a.sensor_rays.0, 4 * a.sensor_rays.1),
+            "each sensor gets what its own error asks for",
+        ),
+        setting("rounds", a.rounds.to_string(), "until 95 % of every grid's sensors hold the tolerance"),
+        setting(
+            "solver",
+            format!("conjugate gradients, {} products", a.main.solution.products),
+            "relative residual below a hundredth of the tolerance after amplification",
+        ),
+    ]);
+    record.counts.extend([
+        ("elements".into(), a.main.mesh.len() as u64),
+        ("elements_possible".into(), a.main.mesh.capacity() as u64),
+        ("rays".into(), a.rays),
+        ("form_factors".into(), a.factors),
+        ("products".into(), a.main.solution.products as u64),
+    ]);
+    record.left_out.push(LeftOut {
+        what: "iteration of the linear system".into(),
+        bound: format!(
+            "residual {:.1e}; at most {:.2} % of a reading, included in its error",
+            a.main.solution.residual.max(a.accuracy),
+            task.options.tolerance
+        ),
+    });
+    if a.rows.refused > 0 {
+        record.warnings.push(format!("{} rays asked for elements beyond the largest mesh", a.rows.refused));
+    }
+}
+
+/// The balance must close within 0.1 % or its stated sampling error.
+fn check_ledger(ledger: &Ledger, record: &mut Record) {
+    for band in 0..ledger.emitted.len() {
+        let rest = ledger.emitted[band] - ledger.absorbed[band] - ledger.escaped[band] - ledger.unexpanded[band];
+        let allowed = (1e-3 * ledger.emitted[band]).max(1.5 * ledger.sampling_error[band]);
+        if rest.abs() > allowed {
+            record.warnings.push(format!(
+                "energy balance of band {} is open by {:.2e} of {:.3e} W/nm (allowed {:.1e})",
+                band + 1,
+                rest,
+                ledger.emitted[band],
+                allowed
+            ));
+        }
+    }
+}
+
+fn by_path_tracing(task: &Task<'_>, mut record: Record) -> Measurement {
+    let paths = task.options.paths.unwrap_or_else(|| {
+        // A path varies by about its own mean; well-spread batches gain a factor of two.
+        let wanted = (1.0 / task.options.tolerance).powi(2) * 2.0;
+        wanted.clamp(1024.0, 1e7) as u64
+    });
+    record.settings.push(Setting {
+        name: "paths per sensor".into(),
+        value: paths.to_string(),
+        why: if task.options.paths.is_some() { "as asked" } else { "from the tolerance" }.into(),
+    });
+    let mut rays = 0;
+    let mut grids = Vec::new();
+    for (g, grid) in task.scene.grids.iter().enumerate() {
+        let start = Instant::now();
+        task.progress.stage(&format!("paths from grid {}", grid.name), grid.sensors.len() as u64);
+        let stream = seed(&[task.options.seed, 9, g as u64]);
+        let (mut result, cast) =
+            path_tracing::grid(task.world, task.optics, grid, stream, paths, task.options.spectral, task.progress);
+        result.holding = count_holding(&result, task.options.tolerance);
+        rays += cast;
+        record.timings_s.push((format!("grid {}", grid.name), start.elapsed().as_secs_f64()));
+        grids.push(result);
+    }
+    let views: Vec<ViewResult> = task
+        .scene
+        .views
+        .iter()
+        .enumerate()
+        .map(|(number, v)| view::trace(task, v, number, task.options.paths.unwrap_or(256)))
+        .collect();
+    record.counts.extend([("rays".into(), rays), ("paths_per_sensor".into(), paths)]);
+    Measurement { bands: task.optics.bands.clone(), grids, views, ledger: Ledger::default(), record }
+}
+
+/// Sensors whose half-widths hold the tolerance, in lux and in every band reported.
+fn count_holding(grid: &GridResult, tolerance: f64) -> usize {
+    let lit = || grid.sensors.iter().filter(|s| s.status == Status::Ok);
+    let n = lit().count().max(1) as f64;
+    let mean_lx = lit().map(|s| s.xyz[1]).sum::<f64>() / n;
+    let bands = lit().next().map_or(0, |s| s.spectral.len());
+    let means: Vec<f64> = (0..bands).map(|b| lit().map(|s| s.spectral[b].irradiance).sum::<f64>() / n).collect();
+    let holds = |value: f64, error: f64, mean: f64| error <= tolerance * value.max(0.1 * mean);
+    lit()
+        .filter(|s| {
+            holds(s.xyz[1], s.error_lx, mean_lx)
+                && s.spectral.iter().zip(&means).all(|(b, m)| holds(b.irradiance, b.error, *m))
+        })
+        .count()
+}

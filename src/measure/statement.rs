@@ -1,0 +1,192 @@
+//! The error of every sensor: crossed replicas, a variance model from the rays themselves, a coarse twin.
+//!
+//! Four independent ray sets `a` are each looked up in four independent solutions `b`, which tells the noise of the
+//! sensor's own rays from that of the rows for no further ray. A second solution on a mesh twice as coarse, looked up
+//! by the same rays, gives the scale of what the mesh hides. Covered 96 to 98 % of the sensors of a hundred random
+//! furnished rooms when it was designed.
+
+use std::sync::LazyLock;
+
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+use super::gather::REPLICAS;
+
+/// Degrees of freedom lent by the grid to the noise of a sensor's rays, and to that of the rows. The latter is small
+/// on purpose: row noise of neighbours is correlated, so many sensors do not give many degrees of freedom.
+const POOLED_RAYS: f64 = 12.0;
+const POOLED_ROWS: f64 = 3.0;
+const OWN: f64 = REPLICAS as f64 - 1.0;
+/// Median of a squared standard normal: turns a median of squares into a mean square.
+const MEDIAN_SQUARE: f64 = 0.455;
+/// Rounding of single-precision rays and sums, relative.
+const ROUNDING: f64 = 2e-6;
+
+/// What one sensor gives to the statement, for one quantity (a band, or Y).
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Readings {
+    /// `main[a][b]`: ray set `a` in solution `b`.
+    pub(super) main: [[f64; REPLICAS]; REPLICAS],
+    /// The same on the coarse twin.
+    pub(super) twin: [[f64; REPLICAS]; REPLICAS],
+    /// Naive variance of the mean: what independent rays would give.
+    pub(super) naive: f64,
+}
+
+/// The value of one sensor, and the parts of its error (95 % half-widths).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Stated {
+    pub(super) value: f64,
+    pub(super) error: f64,
+    /// Noise of the sensor's own rays.
+    pub(super) rays: f64,
+    /// Noise of the rows.
+    pub(super) rows: f64,
+    /// What the mesh hides.
+    pub(super) mesh: f64,
+    /// What the error is to be compared with: the value, or a tenth of the grid's mean if that is more.
+    pub(super) scale: f64,
+}
+
+struct Parts {
+    value: f64,
+    v_rays: f64,
+    v_rows: f64,
+    naive: f64,
+    x: f64,
+}
+
+fn crossed(m: &[[f64; REPLICAS]; REPLICAS]) -> (f64, f64, f64) {
+    let r = REPLICAS as f64;
+    let by_set: [f64; REPLICAS] = std::array::from_fn(|a| m[a].iter().sum::<f64>() / r);
+    let by_solution: [f64; REPLICAS] = std::array::from_fn(|b| m.iter().map(|row| row[b]).sum::<f64>() / r);
+    let mean = by_set.iter().sum::<f64>() / r;
+    let variance = |v: &[f64; REPLICAS]| v.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (OWN * r);
+    (mean, variance(&by_set), variance(&by_solution))
+}
+
+fn parts(reading: &Readings) -> Parts {
+    let (value, v_rays, v_rows) = crossed(&reading.main);
+    let difference: [[f64; REPLICAS]; REPLICAS] =
+        std::array::from_fn(|a| std::array::from_fn(|b| reading.main[a][b] - reading.twin[a][b]));
+    let (d, d_rays, d_rows) = crossed(&difference);
+    Parts { value, v_rays, v_rows, naive: reading.naive, x: d * d - d_rays - d_rows }
+}
+
+/// States the errors of all sensors of a grid, for one quantity. `iteration` is the relative error left by the solver.
+pub(super) fn state(readings: &[Readings], iteration: f64) -> Vec<Stated> {
+    let parts: Vec<Parts> = readings.iter().map(parts).collect();
+    let count = parts.len().max(1) as f64;
+    let mean = parts.iter().map(|p| p.value).sum::<f64>() / count;
+    let scales: Vec<f64> = parts.iter().map(|p| p.value.max(0.1 * mean)).collect();
+    let relative = |f: &dyn Fn(&Parts) -> f64| -> Vec<f64> {
+        parts.iter().zip(&scales).map(|(p, s)| if *s > 0.0 { f(p) / (s * s) } else { 0.0 }).collect()
+    };
+    let sum = |v: &[f64]| v.iter().sum::<f64>();
+    let (v_rays, naive) = (relative(&|p| p.v_rays), relative(&|p| p.naive));
+    let design_effect = if sum(&naive) > 0.0 { sum(&v_rays) / sum(&naive) } else { 0.0 };
+    let rows_of_grid = sum(&relative(&|p| p.v_rows)) / count;
+    let x = relative(&|p| p.x);
+    let floor = (median(x.iter().map(|x| x.max(0.0)).collect()) / MEDIAN_SQUARE).min(sum(&x) / count);
+    parts
+        .iter()
+        .zip(&scales)
+        .zip(&x)
+        .map(|((p, scale), x)| {
+            let rays = (POOLED_RAYS * design_effect * p.naive + OWN * p.v_rays) / (POOLED_RAYS + OWN);
+            let rows = (POOLED_ROWS * rows_of_grid * scale * scale + OWN * p.v_rows) / (POOLED_ROWS + OWN);
+            let freedom = (rays + rows).powi(2)
+                / (rays * rays / (POOLED_RAYS + OWN) + rows * rows / (POOLED_ROWS + OWN)).max(1e-300);
+            let t = student(freedom);
+            let mesh = x.max(floor).max(0.0).sqrt() * scale;
+            let noise = t * t * (rays + rows);
+            Stated {
+                value: p.value,
+                error: (noise + mesh * mesh).sqrt() + (iteration + ROUNDING) * p.value,
+                rays: t * rays.sqrt(),
+                rows: t * rows.sqrt(),
+                mesh,
+                scale: *scale,
+            }
+        })
+        .collect()
+}
+
+pub(super) fn median(mut v: Vec<f64>) -> f64 {
+    if v.is_empty() {
+        return 0.0;
+    }
+    let middle = v.len() / 2;
+    *v.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+/// Two-sided 95 % quantile of Student's t.
+pub(super) fn student(freedom: f64) -> f64 {
+    const STEP: f64 = 0.25;
+    static TABLE: LazyLock<Vec<f64>> = LazyLock::new(|| {
+        (0..=400)
+            .map(|k| {
+                let freedom = (f64::from(k) * STEP).max(1.0);
+                StudentsT::new(0.0, 1.0, freedom).map_or(12.7, |t| t.inverse_cdf(0.975))
+            })
+            .collect()
+    });
+    let at = (freedom / STEP).clamp(4.0, 399.0);
+    let k = at as usize;
+    TABLE[k] + (TABLE[k + 1] - TABLE[k]) * (at - k as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn student_matches_the_tables() {
+        // Fisher and Yates, two-sided 95 %: 3 -> 3.182, 6 -> 2.447, 15 -> 2.131, 30 -> 2.042.
+        for (nu, t) in [(3.0, 3.182), (6.0, 2.447), (15.0, 2.131), (30.0, 2.042)] {
+            assert!((student(nu) - t).abs() < 6e-4, "{nu}: {}", student(nu));
+        }
+    }
+
+    #[test]
+    fn equal_replicas_state_rounding_alone() {
+        let r = Readings { main: [[5.0; 4]; 4], twin: [[5.0; 4]; 4], naive: 0.0 };
+        let s = state(&[r; 10], 0.0);
+        assert!(s.iter().all(|s| s.value == 5.0 && s.error <= 5.0 * ROUNDING + 1e-12), "{:?}", s[0]);
+    }
+
+    #[test]
+    fn normal_noise_is_covered_at_its_level() {
+        // Additive noise of rays (by set) and rows (by solution); the truth is 1. 2,000 sensors in grids of 50.
+        let mut state_of = 1u64;
+        let mut normal = || {
+            // Sum of twelve uniforms: kurtosis -0.1, good enough for a level of 95 %.
+            (0..12)
+                .map(|_| {
+                    state_of = crate::transport::points::mix(state_of);
+                    (state_of >> 11) as f64 / (1u64 << 53) as f64
+                })
+                .sum::<f64>()
+                - 6.0
+        };
+        let (mut inside, mut total, mut width) = (0, 0, 0.0);
+        for _ in 0..40 {
+            let readings: Vec<Readings> = (0..50)
+                .map(|_| {
+                    let (a, b): ([f64; 4], [f64; 4]) =
+                        (std::array::from_fn(|_| 0.02 * normal()), std::array::from_fn(|_| 0.01 * normal()));
+                    let main = std::array::from_fn(|i| std::array::from_fn(|j| 1.0 + a[i] + b[j]));
+                    Readings { main, twin: main, naive: 0.02f64.powi(2) / 4.0 }
+                })
+                .collect();
+            for s in state(&readings, 0.0) {
+                inside += usize::from((s.value - 1.0).abs() <= s.error);
+                total += 1;
+                width += s.error;
+            }
+        }
+        let share = f64::from(inside as u32) / f64::from(total as u32);
+        // Binomial: 3 sigma of 2,000 at 95 % is 1.5 %; the t factors make it conservative, not loose.
+        assert!((0.935..0.995).contains(&share), "{share}");
+        assert!(width / f64::from(total as u32) < 4.0 * 0.0112, "mean half-width {width}");
+    }
+}

@@ -1,0 +1,538 @@
+//! Pictures: exact direct light at every pixel, a final gather for the rest, interpolated where it is smooth.
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use super::adaptive::Task;
+use super::camera::Camera;
+use super::gather::{Field, Gatherer, REPLICAS, SetSums, Solved};
+use super::result::ViewResult;
+use super::statement::{Readings, Stated, median, state};
+use crate::scene::View;
+use crate::transport::caster::Ray;
+use crate::transport::points::{Points, seed};
+use crate::transport::{Fork, Landing, Optics, Tint, World, follow};
+
+/// Side of the cells in which reflected light is first interpolated, in pixels.
+const CELL: usize = 8;
+/// Share of the tolerance that interpolation may take.
+const INTERPOLATION: f64 = 0.3;
+/// Samples across a pixel that holds an edge.
+const ACROSS: usize = 4;
+/// Neighbours that differ by more than this in luminance get the finer sampling.
+const CONTRAST: f32 = 0.1;
+/// Pixels at which the error is stated.
+const JUDGED: usize = 400;
+const STREAM: u64 = 7;
+
+/// What a pixel's ray meets, along one branch of its chain.
+#[derive(Clone, Debug)]
+struct Sight {
+    surface: u32,
+    front: bool,
+    point: DVec3,
+    normal: DVec3,
+    /// By mirror or glass: its tint; plain sights carry none.
+    tint: Option<Vec<f32>>,
+}
+
+/// Looks along a ray: one sight for a plain scene, one more for every pane on the way.
+fn look(world: &World, optics: &Optics, ray: Ray, sights: &mut Vec<Sight>) {
+    sights.clear();
+    let hit = world.caster.closest(&ray);
+    let mut tint = Tint::new(optics.pad);
+    let mut panes = 0;
+    for branch in (0..=8).rev() {
+        // The highest branch goes straight through everything and tells how many panes there are.
+        if branch < 8 && branch >= panes {
+            continue;
+        }
+        tint.reset();
+        let landing = follow(world, optics, ray, hit, Fork::Branch(branch), &mut tint, &mut 0);
+        if branch == 8 {
+            panes = tint.panes.min(8);
+        }
+        if let Landing::Surface { surface, front, point, .. } = landing {
+            let s = &world.surfaces.list[surface as usize];
+            let normal = s.side_normal(front);
+            let coloured = tint.coloured || tint.scale != 1.0 || tint.panes > 0;
+            sights.push(Sight {
+                surface,
+                front,
+                point: world.lift(s.point(s.uv(point)), normal),
+                normal,
+                tint: coloured.then(|| (0..optics.pad).map(|b| tint.share(b)).collect()),
+            });
+        }
+    }
+}
+
+/// Places that the pixels' gather rays land on, for the mesh to be made.
+pub(super) fn demand(world: &World, optics: &Optics, view: &View, task: &Task<'_>) -> Vec<(usize, bool, DVec2)> {
+    let camera = Camera::new(view, &world.surfaces.frame);
+    let step = 4;
+    (0..view.height.div_ceil(step))
+        .into_par_iter()
+        .flat_map_iter(|row| {
+            let mut found = Vec::new();
+            let mut sights = Vec::new();
+            for column in 0..view.width.div_ceil(step) {
+                let (x, y) = ((column * step) as f64 + 0.5, (row * step) as f64 + 0.5);
+                let Some(direction) = camera.direction(x, y) else { continue };
+                look(world, optics, Ray::new(camera.eye(), direction), &mut sights);
+                let points = Points::new(seed(&[task.options.seed, STREAM, row as u64, column as u64]));
+                for s in &sights {
+                    found.extend((0..4).filter_map(|k| task.landing(s.point, s.normal, &points, k)));
+                }
+            }
+            found
+        })
+        .collect()
+}
+
+/// Everything a picture needs.
+struct Painter<'a> {
+    task: &'a Task<'a>,
+    camera: Camera,
+    field: &'a Field<'a>,
+    rays: u32,
+    stream: u64,
+}
+
+/// Makes one picture.
+pub(super) fn paint(task: &Task<'_>, view: &View, number: usize, main: &Solved, twin: &Solved) -> (ViewResult, u64) {
+    let camera = Camera::new(view, &task.world.surfaces.frame);
+    let stream = seed(&[task.options.seed, STREAM, 1 + number as u64]);
+    let (stated, rays, cast) = judge(task, &camera, main, twin, stream);
+    let mean = main.averaged(task.optics);
+    let field = Field { world: task.world, optics: task.optics, main: &mean, twin: None, spectral: true };
+    let painter = Painter { task, camera, field: &field, rays, stream };
+    task.progress.stage(&format!("picture {}", view.name), camera.height as u64);
+    let base = painter.base();
+    let (reflected, gathered) = painter.reflected(&base);
+    let plain = painter.shade(&base, &reflected);
+    let (radiance, more) = painter.smooth(&base, &reflected, plain);
+    let mut errors: Vec<f64> = stated.iter().filter(|s| s.value > 0.0).map(|s| s.error / s.value).collect();
+    errors.sort_by(f64::total_cmp);
+    let n = task.optics.bands.len();
+    let result = ViewResult {
+        view: view.clone(),
+        xyz: radiance
+            .chunks_exact(task.optics.pad)
+            .map(|l| {
+                let bands: Vec<f64> = l[..n].iter().map(|x| f64::from(*x)).collect();
+                task.optics.bands.xyz(&bands).map(|x| x as f32)
+            })
+            .collect(),
+        radiance: radiance.chunks_exact(task.optics.pad).flat_map(|l| l[..n].iter().copied()).collect(),
+        error_median: median(errors.clone()),
+        error_p95: errors.get(errors.len() * 95 / 100).copied().unwrap_or(0.0),
+    };
+    (result, cast + gathered + more)
+}
+
+/// States the error of the irradiance at some pixels, raising the number of rays until they hold.
+fn judge(task: &Task<'_>, camera: &Camera, main: &Solved, twin: &Solved, stream: u64) -> (Vec<Stated>, u32, u64) {
+    let (world, optics) = (task.world, task.optics);
+    let pixels = camera.width * camera.height;
+    let stride = (pixels as f64 / JUDGED as f64).max(1.0);
+    let mut sights = Vec::new();
+    let places: Vec<(DVec3, DVec3)> = (0..pixels.min(JUDGED))
+        .filter_map(|k| {
+            let pixel = ((k as f64 + 0.5) * stride) as usize % pixels;
+            let (x, y) = ((pixel % camera.width) as f64 + 0.5, (pixel / camera.width) as f64 + 0.5);
+            look(world, optics, Ray::new(camera.eye(), camera.direction(x, y)?), &mut sights);
+            sights.first().map(|s| (s.point, s.normal))
+        })
+        .collect();
+    let field = Field { world, optics, main, twin: Some(twin), spectral: false };
+    let mut set = 64u32;
+    let mut cast = 0;
+    loop {
+        let readings: Vec<(Readings, u64)> = places
+            .par_iter()
+            .enumerate()
+            .map_init(
+                || Gatherer::new(&field),
+                |g, (i, (x, normal))| {
+                    let before = g.cast + g.scratch.rays;
+                    let reading = read(task, g, *x, *normal, seed(&[stream, 2, i as u64]), set);
+                    (reading, g.cast + g.scratch.rays - before)
+                },
+            )
+            .collect();
+        cast += readings.iter().map(|r| r.1).sum::<u64>();
+        let readings: Vec<Readings> = readings.into_iter().map(|r| r.0).collect();
+        let stated = state(&readings, 0.0);
+        let holds = |s: &&Stated| s.rays <= 0.5 * task.options.tolerance * s.scale;
+        let share = stated.iter().filter(holds).count() as f64 / stated.len().max(1) as f64;
+        if share >= 0.95 || set >= 1 << 14 {
+            return (stated, set * REPLICAS as u32, cast);
+        }
+        set *= 2;
+    }
+}
+
+fn read(task: &Task<'_>, g: &mut Gatherer<'_>, x: DVec3, normal: DVec3, stream: u64, set: u32) -> Readings {
+    let optics = task.optics;
+    let (factors, _) = g.direct(x, normal, stream);
+    let direct = optics.xyz_of_direct(&factors)[1];
+    let mut reading = Readings { naive: 0.0, ..Readings::default() };
+    let (mut mean, mut square) = (0.0, 0.0);
+    for a in 0..REPLICAS {
+        let mut sums = SetSums::new(optics.pad, REPLICAS);
+        g.gather(x, normal, seed(&[stream, a as u64]), (0, set), &mut sums);
+        for b in 0..REPLICAS {
+            let reflected = sums.xyz(b, optics, false)[1];
+            reading.main[a][b] = direct + reflected;
+            reading.twin[a][b] = direct + sums.xyz(b, optics, true)[1];
+            mean += reflected / (REPLICAS * REPLICAS) as f64;
+        }
+        square += sums.mean_square_y() / REPLICAS as f64;
+    }
+    reading.naive = (square - mean * mean).max(0.0) / f64::from(set * REPLICAS as u32);
+    reading
+}
+
+/// One plain pass: what the middle of every pixel sees, with its direct light.
+struct Base {
+    sights: Vec<Vec<Sight>>,
+    /// Irradiance without reflection at the first sight, by group.
+    direct: Vec<Vec<f64>>,
+}
+
+impl Painter<'_> {
+    fn pixels(&self) -> usize {
+        self.camera.width * self.camera.height
+    }
+
+    fn base(&self) -> Base {
+        let (world, optics) = (self.task.world, self.task.optics);
+        let (sights, direct) = (0..self.pixels())
+            .into_par_iter()
+            .with_min_len(64)
+            .map_init(
+                || Gatherer::new(self.field),
+                |g, pixel| {
+                    let mut sights = Vec::new();
+                    let (x, y) = ((pixel % self.camera.width) as f64, (pixel / self.camera.width) as f64);
+                    if let Some(direction) = self.camera.direction(x + 0.5, y + 0.5) {
+                        look(world, optics, Ray::new(self.camera.eye(), direction), &mut sights);
+                    }
+                    let direct = sights
+                        .first()
+                        .map_or_else(Vec::new, |s| g.direct(s.point, s.normal, seed(&[self.stream, pixel as u64])).0);
+                    (sights, direct)
+                },
+            )
+            .unzip();
+        Base { sights, direct }
+    }
+
+    /// Reflected irradiance at the first sight of every pixel, by band.
+    fn reflected(&self, base: &Base) -> (Vec<Vec<f32>>, u64) {
+        let (w, h) = (self.camera.width, self.camera.height);
+        let columns = w.div_ceil(CELL);
+        let blocks: Vec<(Vec<(usize, Vec<f32>)>, u64)> = (0..columns * h.div_ceil(CELL))
+            .into_par_iter()
+            .map_init(
+                || Gatherer::new(self.field),
+                |g, block| {
+                    let (x, y) = (block % columns * CELL, block / columns * CELL);
+                    let before = g.cast + g.scratch.rays;
+                    let mut cell = Cell { painter: self, base, gatherer: g, known: Vec::new() };
+                    cell.fill(x, y, CELL);
+                    let found = cell.known;
+                    let rays = g.cast + g.scratch.rays - before;
+                    if block % columns == 0 {
+                        self.task.progress.advance(CELL.min(h - y) as u64);
+                    }
+                    (found, rays)
+                },
+            )
+            .collect();
+        let mut image = vec![Vec::new(); w * h];
+        let mut rays = 0;
+        for (found, cast) in blocks {
+            rays += cast;
+            for (pixel, value) in found {
+                image[pixel] = value;
+            }
+        }
+        (image, rays)
+    }
+
+    fn gather(&self, g: &mut Gatherer<'_>, sight: &Sight, stream: u64, rays: u32) -> Vec<f32> {
+        let mut sums = SetSums::new(self.task.optics.pad, 1);
+        g.gather(sight.point, sight.normal, seed(&[self.stream, 3, stream]), (0, rays), &mut sums);
+        sums.bands(0, self.task.optics.pad, false).map(|x| x as f32).collect()
+    }
+
+    /// Radiance of a sight from its irradiance, added to `out` with a weight.
+    fn radiance(&self, sight: &Sight, direct: &[f64], reflected: &[f32], weight: f32, out: &mut [f32]) {
+        let (world, optics) = (self.task.world, self.task.optics);
+        let material = world.surfaces.list[sight.surface as usize].material;
+        let rho = optics.rho(material, sight.front);
+        let emitted = world.group(sight.surface, sight.front).map(|g| &optics.exitance[g]);
+        for band in 0..optics.pad {
+            let arriving: f32 = reflected[band]
+                + direct.iter().zip(&optics.exitance).map(|(f, m)| *f as f32 * m[band]).sum::<f32>();
+            let leaving = rho[band] * arriving + emitted.map_or(0.0, |m| m[band]);
+            let left = sight.tint.as_ref().map_or(1.0, |t| t[band]);
+            out[band] += weight * left * leaving * std::f32::consts::FRAC_1_PI;
+        }
+    }
+
+    /// The picture with one sample in the middle of each pixel.
+    fn shade(&self, base: &Base, reflected: &[Vec<f32>]) -> Vec<f32> {
+        let pad = self.task.optics.pad;
+        let mut picture = vec![0.0f32; self.pixels() * pad];
+        picture.par_chunks_exact_mut(pad).enumerate().with_min_len(64).for_each_init(
+            || Gatherer::new(self.field),
+            |g, (pixel, out)| {
+                for (k, sight) in base.sights[pixel].iter().enumerate() {
+                    if k == 0 {
+                        self.radiance(sight, &base.direct[pixel], &reflected[pixel], 1.0, out);
+                    } else {
+                        let stream = (k as u64) << 40 | pixel as u64;
+                        let direct = g.direct(sight.point, sight.normal, seed(&[self.stream, stream])).0;
+                        let light = self.gather(g, sight, stream, self.rays / 2);
+                        self.radiance(sight, &direct, &light, 1.0, out);
+                    }
+                }
+            },
+        );
+        picture
+    }
+
+    /// Samples the pixels that hold an edge more finely.
+    fn smooth(&self, base: &Base, reflected: &[Vec<f32>], plain: Vec<f32>) -> (Vec<f32>, u64) {
+        let pad = self.task.optics.pad;
+        let y: Vec<f32> = plain
+            .par_chunks_exact(pad)
+            .map(|l| l.iter().zip(&self.task.optics.xyz[1]).map(|(l, w)| l * w).sum())
+            .collect();
+        let edges: Vec<usize> = (0..self.pixels()).filter(|p| self.is_edge(*p, base, &y)).collect();
+        let finer: Vec<(Vec<f32>, u64)> = edges
+            .par_iter()
+            .map_init(
+                || Gatherer::new(self.field),
+                |g, pixel| {
+                    let before = g.cast + g.scratch.rays;
+                    let value = self.supersample(g, *pixel, base, reflected);
+                    (value, g.cast + g.scratch.rays - before)
+                },
+            )
+            .collect();
+        let mut picture = plain;
+        let mut rays = 0;
+        for (pixel, (value, cast)) in edges.iter().zip(finer) {
+            picture[pixel * pad..(pixel + 1) * pad].copy_from_slice(&value);
+            rays += cast;
+        }
+        (picture, rays)
+    }
+
+    fn neighbours(&self, pixel: usize) -> impl Iterator<Item = usize> + '_ {
+        let (w, h) = (self.camera.width as isize, self.camera.height as isize);
+        let (x, y) = (pixel as isize % w, pixel as isize / w);
+        (-1..=1).flat_map(move |dy| (-1..=1).map(move |dx| (x + dx, y + dy))).filter_map(move |(x, y)| {
+            ((0..w).contains(&x) && (0..h).contains(&y)).then_some((y * w + x) as usize)
+        })
+    }
+
+    fn is_edge(&self, pixel: usize, base: &Base, y: &[f32]) -> bool {
+        let key = |p: usize| base.sights[p].first().map(|s| (s.surface, s.front, base.sights[p].len()));
+        let own = key(pixel);
+        self.neighbours(pixel).any(|p| {
+            let (a, b) = (y[pixel], y[p]);
+            (key(p) != own && (a != b)) || (a - b).abs() > CONTRAST * a.max(b)
+        })
+    }
+
+    fn supersample(&self, g: &mut Gatherer<'_>, pixel: usize, base: &Base, reflected: &[Vec<f32>]) -> Vec<f32> {
+        let (world, optics) = (self.task.world, self.task.optics);
+        let mut out = vec![0.0; optics.pad];
+        let weight = 1.0 / (ACROSS * ACROSS) as f32;
+        let mut sights = Vec::new();
+        for k in 0..ACROSS * ACROSS {
+            let place = |j: usize| (j as f64 + 0.5) / ACROSS as f64;
+            let x = (pixel % self.camera.width) as f64 + place(k % ACROSS);
+            let y = (pixel / self.camera.width) as f64 + place(k / ACROSS);
+            let Some(direction) = self.camera.direction(x, y) else { continue };
+            look(world, optics, Ray::new(self.camera.eye(), direction), &mut sights);
+            for (branch, sight) in sights.iter().enumerate() {
+                let stream = seed(&[pixel as u64, k as u64, branch as u64]);
+                let direct = g.direct(sight.point, sight.normal, stream).0;
+                let same = |p: &usize| {
+                    branch == 0
+                        && sight.tint.is_none()
+                        && base.sights[*p].first().is_some_and(|s| {
+                            s.surface == sight.surface && s.front == sight.front && s.tint.is_none()
+                        })
+                };
+                let near = std::iter::once(pixel).chain(self.neighbours(pixel)).find(same);
+                match near {
+                    Some(p) => self.radiance(sight, &direct, &reflected[p], weight, &mut out),
+                    None => {
+                        let light = self.gather(g, sight, stream, self.rays / 4);
+                        self.radiance(sight, &direct, &light, weight, &mut out);
+                    }
+                }
+            }
+        }
+        out
+    }
+}
+
+/// A square of pixels in which reflected light is interpolated or gathered.
+struct Cell<'p, 'g, 'f> {
+    painter: &'p Painter<'p>,
+    base: &'p Base,
+    gatherer: &'g mut Gatherer<'f>,
+    known: Vec<(usize, Vec<f32>)>,
+}
+
+impl Cell<'_, '_, '_> {
+    /// Fills the pixels `x..x+size`, `y..y+size`; corners on the far sides belong to the neighbours.
+    fn fill(&mut self, x: usize, y: usize, size: usize) {
+        let (w, h) = (self.painter.camera.width, self.painter.camera.height);
+        if x >= w || y >= h {
+            return;
+        }
+        if size == 1 {
+            let value = self.value(x, y);
+            self.known.push((y * w + x, value));
+            return;
+        }
+        if self.is_one_surface(x, y, size) && self.interpolate(x, y, size) {
+            return;
+        }
+        let half = size / 2;
+        for (dx, dy) in [(0, 0), (half, 0), (0, half), (half, half)] {
+            self.fill(x + dx, y + dy, half);
+        }
+    }
+
+    fn is_one_surface(&self, x: usize, y: usize, size: usize) -> bool {
+        let (w, h) = (self.painter.camera.width, self.painter.camera.height);
+        if x + size >= w || y + size >= h {
+            return false;
+        }
+        let key = |p: usize| match &self.base.sights[p][..] {
+            [s] if s.tint.is_none() => Some((s.surface, s.front)),
+            _ => None,
+        };
+        let first = key(y * w + x);
+        first.is_some() && (y..=y + size).all(|j| (x..=x + size).all(|i| key(j * w + i) == first))
+    }
+
+    fn interpolate(&mut self, x: usize, y: usize, size: usize) -> bool {
+        let w = self.painter.camera.width;
+        let corners = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(i, j)| self.value(x + i * size, y + j * size));
+        let middle = self.value(x + size / 2, y + size / 2);
+        let optics = self.painter.task.optics;
+        let luminous = |v: &[f32]| v.iter().zip(&optics.xyz[1]).map(|(v, w)| f64::from(v * w)).sum::<f64>();
+        let direct = optics.xyz_of_direct(&self.base.direct[(y + size / 2) * w + x + size / 2])[1];
+        let mean = corners.iter().map(|c| luminous(c)).sum::<f64>() / 4.0;
+        let here = luminous(&middle);
+        let allowed = INTERPOLATION * self.painter.task.options.tolerance * (here + direct);
+        if (mean - here).abs() > allowed {
+            return false;
+        }
+        for j in 0..size {
+            for i in 0..size {
+                let (s, t) = (i as f32 / size as f32, j as f32 / size as f32);
+                let weights = [(1.0 - s) * (1.0 - t), s * (1.0 - t), (1.0 - s) * t, s * t];
+                let value = (0..optics.pad).map(|b| (0..4).map(|k| weights[k] * corners[k][b]).sum()).collect();
+                self.known.push(((y + j) * w + x + i, value));
+            }
+        }
+        true
+    }
+
+    /// Gathered reflected light of a pixel.
+    fn value(&mut self, x: usize, y: usize) -> Vec<f32> {
+        let pixel = y * self.painter.camera.width + x;
+        match self.base.sights[pixel].first() {
+            Some(sight) => self.painter.gather(self.gatherer, sight, pixel as u64, self.painter.rays),
+            None => vec![0.0; self.painter.task.optics.pad],
+        }
+    }
+}
+
+/// One picture by path tracing: `paths` paths from every pixel.
+pub(super) fn trace(task: &Task<'_>, view: &View, number: usize, paths: u64) -> ViewResult {
+    let (world, optics) = (task.world, task.optics);
+    let camera = Camera::new(view, &world.surfaces.frame);
+    let odds = super::path_tracing::emitter_odds(world, optics);
+    let stream = seed(&[task.options.seed, STREAM, 100 + number as u64]);
+    let samples = ACROSS * ACROSS;
+    let each = (paths / samples as u64).max(1) as u32;
+    let n = optics.bands.len();
+    task.progress.stage(&format!("picture {}", view.name), camera.height as u64);
+    let mut radiance = vec![0.0f32; camera.width * camera.height * n];
+    let errors: Vec<f64> = radiance
+        .par_chunks_exact_mut(n)
+        .enumerate()
+        .with_min_len(16)
+        .map_init(
+            || super::path_tracing::Tracer::new(world, optics, &odds),
+            |tracer, (pixel, out)| {
+                let mut values = Vec::with_capacity(samples);
+                for k in 0..samples {
+                    let mut own = vec![0.0f32; optics.pad];
+                    pixel_sample(task, &camera, tracer, (pixel, k), seed(&[stream, pixel as u64, k as u64]), each, &mut own);
+                    values.push(own.iter().zip(&optics.xyz[1]).map(|(l, w)| f64::from(l * w)).sum::<f64>());
+                    out.iter_mut().zip(&own).for_each(|(o, v)| *o += v / samples as f32);
+                }
+                if pixel % camera.width == 0 {
+                    task.progress.advance(1);
+                }
+                let mean = values.iter().sum::<f64>() / samples as f64;
+                let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (samples - 1) as f64;
+                let half = super::statement::student((samples - 1) as f64) * (variance / samples as f64).sqrt();
+                if mean > 0.0 { half / mean } else { 0.0 }
+            },
+        )
+        .collect();
+    let mut sorted: Vec<f64> = errors.into_iter().filter(|e| *e > 0.0).collect();
+    sorted.sort_by(f64::total_cmp);
+    ViewResult {
+        view: view.clone(),
+        xyz: radiance
+            .chunks_exact(n)
+            .map(|l| optics.bands.xyz(&l.iter().map(|x| f64::from(*x)).collect::<Vec<_>>()).map(|x| x as f32))
+            .collect(),
+        radiance,
+        error_median: sorted.get(sorted.len() / 2).copied().unwrap_or(0.0),
+        error_p95: sorted.get(sorted.len() * 95 / 100).copied().unwrap_or(0.0),
+    }
+}
+
+fn pixel_sample(
+    task: &Task<'_>,
+    camera: &Camera,
+    tracer: &mut super::path_tracing::Tracer<'_>,
+    (pixel, k): (usize, usize),
+    stream: u64,
+    paths: u32,
+    out: &mut [f32],
+) {
+    let place = |j: usize| (j as f64 + 0.5) / ACROSS as f64;
+    let x = (pixel % camera.width) as f64 + place(k % ACROSS);
+    let y = (pixel / camera.width) as f64 + place(k / ACROSS);
+    let Some(direction) = camera.direction(x, y) else { return };
+    let mut sights = Vec::new();
+    look(task.world, task.optics, Ray::new(camera.eye(), direction), &mut sights);
+    for (branch, sight) in sights.iter().enumerate() {
+        let light = tracer.irradiance(sight.point, sight.normal, seed(&[stream, branch as u64]), paths);
+        let material = task.world.surfaces.list[sight.surface as usize].material;
+        let rho = task.optics.rho(material, sight.front);
+        let emitted = task.world.group(sight.surface, sight.front).map(|g| &task.optics.exitance[g]);
+        for band in 0..out.len() {
+            let leaving = rho[band] * light[band] + emitted.map_or(0.0, |m| m[band]);
+            out[band] += leaving * sight.tint.as_ref().map_or(1.0, |t| t[band]) * std::f32::consts::FRAC_1_PI;
+        }
+    }
+}

@@ -1,0 +1,114 @@
+//! Lines along which one surface stands on another or goes through it.
+//!
+//! An element that runs under a partition carries light through the wall, and no estimate of noise sees it:
+//! elements are cut along these lines.
+
+use glam::{DVec2, DVec3};
+
+use super::polygon::clip_line;
+use super::surfaces::{Surface, TOUCH};
+
+/// For every surface, the others whose bounding boxes touch its own, in ascending order.
+pub(super) fn neighbours(list: &[Surface]) -> Vec<Vec<u32>> {
+    let boxes: Vec<(DVec3, DVec3)> = list
+        .iter()
+        .map(|s| {
+            let low = s.vertices.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+            let high = s.vertices.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
+            (low - TOUCH, high + TOUCH)
+        })
+        .collect();
+    let mut order: Vec<u32> = (0..u32::try_from(list.len()).unwrap_or(u32::MAX)).collect();
+    order.sort_by(|a, b| boxes[*a as usize].0.x.total_cmp(&boxes[*b as usize].0.x));
+    let mut found = vec![Vec::new(); list.len()];
+    for (rank, &i) in order.iter().enumerate() {
+        let (low, high) = boxes[i as usize];
+        for &j in &order[rank + 1..] {
+            let other = boxes[j as usize];
+            if other.0.x > high.x {
+                break; // sorted by the low end: sweep and prune
+            }
+            if other.0.cmple(high).all() && low.cmple(other.1).all() {
+                found[i as usize].push(j);
+                found[j as usize].push(i);
+            }
+        }
+    }
+    for f in &mut found {
+        f.sort_unstable();
+    }
+    found
+}
+
+/// Fills [`Surface::cuts`].
+pub(super) fn find_cuts(list: &mut [Surface], neighbours: &[Vec<u32>]) {
+    let cuts: Vec<Vec<[DVec2; 2]>> =
+        list.iter().zip(neighbours).map(|(s, near)| cuts_of(s, near.iter().map(|j| &list[*j as usize]))).collect();
+    for (s, c) in list.iter_mut().zip(cuts) {
+        s.cuts = c;
+    }
+}
+
+fn cuts_of<'a>(surface: &Surface, others: impl Iterator<Item = &'a Surface>) -> Vec<[DVec2; 2]> {
+    let mut cuts: Vec<[DVec2; 2]> = Vec::new();
+    for other in others {
+        for (a, b) in touching_segments(surface, other) {
+            let (a, b) = (surface.uv(a), surface.uv(b));
+            let Some((lo, hi)) = clip_line(&surface.outline, a, b) else { continue };
+            let segment = [a + (b - a) * lo, a + (b - a) * hi];
+            let long_enough = (segment[1] - segment[0]).length() > TOUCH;
+            if long_enough && !on_outline(surface, &segment) && !cuts.iter().any(|c| same_line(c, &segment)) {
+                cuts.push(segment);
+            }
+        }
+    }
+    cuts
+}
+
+/// Where `other` meets the plane of `surface`: its edges that lie in the plane, or the line where it goes through.
+fn touching_segments(surface: &Surface, other: &Surface) -> Vec<(DVec3, DVec3)> {
+    let heights: Vec<f64> = other.vertices.iter().map(|p| surface.height(*p)).collect();
+    let n = heights.len();
+    let flat = |k: usize| heights[k].abs() <= TOUCH;
+    let mut segments = Vec::new();
+    let mut crossings = Vec::new();
+    for k in 0..n {
+        let m = (k + 1) % n;
+        let (a, b) = (other.vertices[k], other.vertices[m]);
+        if flat(k) && flat(m) {
+            segments.push((a, b));
+        } else if flat(k) {
+            crossings.push(a);
+        } else if !flat(m) && (heights[k] > 0.0) != (heights[m] > 0.0) {
+            crossings.push(a + (b - a) * (heights[k] / (heights[k] - heights[m])));
+        }
+    }
+    if segments.is_empty()
+        && let [a, b] = crossings[..]
+    {
+        segments.push((a, b));
+    }
+    segments
+}
+
+fn on_outline(surface: &Surface, segment: &[DVec2; 2]) -> bool {
+    let n = surface.outline.len();
+    (0..n).any(|k| {
+        let (p, q) = (surface.outline[k], surface.outline[(k + 1) % n]);
+        segment.iter().all(|s| distance_to_line(*s, p, q) <= 2.0 * TOUCH)
+    })
+}
+
+fn same_line(a: &[DVec2; 2], b: &[DVec2; 2]) -> bool {
+    let inside = |s: DVec2| {
+        let d = a[1] - a[0];
+        let t = (s - a[0]).dot(d) / d.length_squared();
+        (-1e-6..=1.0 + 1e-6).contains(&t)
+    };
+    b.iter().all(|s| distance_to_line(*s, a[0], a[1]) <= 2.0 * TOUCH && inside(*s))
+}
+
+fn distance_to_line(s: DVec2, p: DVec2, q: DVec2) -> f64 {
+    let d = q - p;
+    d.perp_dot(s - p).abs() / d.length().max(1e-300)
+}

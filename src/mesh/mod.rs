@@ -1,0 +1,15 @@
+//! Surfaces in the program's own frame, and the elements they are divided into on demand.
+//!
+//! In: a [`Scene`](crate::scene::Scene). Out: [`Surfaces`] (polygons about a local origin, scaled to size one,
+//! with the lines along which other surfaces touch them) and [`Elements`] (cells of a surface's grid, cut
+//! along those lines, made when a ray asks for them).
+
+mod contact;
+mod elements;
+mod polygon;
+mod solid;
+mod surfaces;
+
+pub use elements::{ElementKey, Elements, NO_ELEMENT};
+pub use polygon::{clip_halfplane, clip_line, polygon_area, sample_polygon};
+pub use surfaces::{Frame, Surface, Surfaces};

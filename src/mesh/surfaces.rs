@@ -1,0 +1,146 @@
+//! Faces of the scene about a local origin, scaled to size one.
+
+use glam::{DVec2, DVec3};
+
+use super::{contact, solid};
+use crate::scene::Scene;
+
+/// Where the program's frame lies in the scene: `x_m = centre_m + size_m · x`.
+///
+/// Everything after the reader works in units of the scene's own size, about its centre. Single precision is
+/// then safe at any world offset, and no tolerance depends on the unit in which a scene was drawn.
+#[derive(Clone, Copy, Debug)]
+pub struct Frame {
+    /// Centre of the bounding box, metres.
+    pub centre_m: DVec3,
+    /// Diagonal of the bounding box, metres.
+    pub size_m: f64,
+}
+
+impl Frame {
+    /// Scene metres to the program's frame.
+    #[must_use]
+    pub fn to_local(&self, p: DVec3) -> DVec3 {
+        (p - self.centre_m) / self.size_m
+    }
+
+    /// Square metres per unit of area.
+    #[must_use]
+    pub fn area_m2(&self) -> f64 {
+        self.size_m * self.size_m
+    }
+}
+
+/// Distance, in units of the scene's size, below which two things touch.
+pub(crate) const TOUCH: f64 = 2e-6;
+
+/// A convex planar polygon with axes of its own.
+#[derive(Clone, Debug)]
+pub struct Surface {
+    /// Vertices, counter-clockwise seen from the front.
+    pub vertices: Vec<DVec3>,
+    /// Unit normal of the front.
+    pub normal: DVec3,
+    /// Corner of the bounding rectangle in the surface's plane.
+    pub origin: DVec3,
+    /// Unit axes in the plane; `u × v = normal`.
+    pub axes: [DVec3; 2],
+    /// The vertices in (u, v) from `origin`; all coordinates are at least zero.
+    pub outline: Vec<DVec2>,
+    /// Sides of the bounding rectangle.
+    pub extent: DVec2,
+    /// Area.
+    pub area: f64,
+    /// Index of the material.
+    pub material: usize,
+    /// Its back is the inside of a closed solid, which no light reaches.
+    pub solid: bool,
+    /// Segments in (u, v) along which something stands on this surface or goes through it.
+    pub cuts: Vec<[DVec2; 2]>,
+}
+
+impl Surface {
+    fn new(vertices: Vec<DVec3>, normal: DVec3, material: usize) -> Self {
+        let n = vertices.len();
+        let longest = (0..n).map(|k| vertices[(k + 1) % n] - vertices[k]).fold(DVec3::ZERO, |best, e| {
+            // The first of equal edges, whatever the last bits say.
+            if e.length_squared() > best.length_squared() * (1.0 + 1e-9) { e } else { best }
+        });
+        let u = (longest - normal * longest.dot(normal)).normalize_or(normal.any_orthonormal_vector());
+        let v = normal.cross(u);
+        let flat: Vec<DVec2> = vertices.iter().map(|p| DVec2::new(p.dot(u), p.dot(v))).collect();
+        let low = flat.iter().copied().fold(DVec2::INFINITY, DVec2::min);
+        let high = flat.iter().copied().fold(DVec2::NEG_INFINITY, DVec2::max);
+        let outline: Vec<DVec2> = flat.iter().map(|p| *p - low).collect();
+        let origin = u * low.x + v * low.y + normal * vertices[0].dot(normal);
+        Self {
+            area: super::polygon_area(&outline),
+            vertices,
+            normal,
+            origin,
+            axes: [u, v],
+            outline,
+            extent: high - low,
+            material,
+            solid: false,
+            cuts: Vec::new(),
+        }
+    }
+
+    /// A point of the plane from its (u, v).
+    #[must_use]
+    pub fn point(&self, uv: DVec2) -> DVec3 {
+        self.origin + self.axes[0] * uv.x + self.axes[1] * uv.y
+    }
+
+    /// The (u, v) of a point, projected onto the plane.
+    #[must_use]
+    pub fn uv(&self, p: DVec3) -> DVec2 {
+        let d = p - self.origin;
+        DVec2::new(d.dot(self.axes[0]), d.dot(self.axes[1]))
+    }
+
+    /// Signed distance of a point from the plane, positive in front.
+    #[must_use]
+    pub fn height(&self, p: DVec3) -> f64 {
+        (p - self.origin).dot(self.normal)
+    }
+
+    /// Normal of the chosen side.
+    #[must_use]
+    pub fn side_normal(&self, front: bool) -> DVec3 {
+        if front { self.normal } else { -self.normal }
+    }
+}
+
+/// All surfaces of a scene.
+#[derive(Clone, Debug)]
+pub struct Surfaces {
+    /// Where the frame lies.
+    pub frame: Frame,
+    /// The surfaces, in the order of the scene's faces.
+    pub list: Vec<Surface>,
+}
+
+impl Surfaces {
+    /// Moves the scene to its own centre and size, and finds solids and contact lines.
+    #[must_use]
+    pub fn new(scene: &Scene) -> Self {
+        let points = || scene.faces.iter().flat_map(|f| f.vertices.iter().copied());
+        let low = points().fold(DVec3::INFINITY, DVec3::min);
+        let high = points().fold(DVec3::NEG_INFINITY, DVec3::max);
+        let frame = Frame { centre_m: (low + high) * 0.5, size_m: (high - low).length() };
+        let mut list: Vec<Surface> = scene
+            .faces
+            .iter()
+            .map(|f| {
+                let vertices = f.vertices.iter().map(|p| frame.to_local(*p)).collect();
+                Surface::new(vertices, f.normal, f.material)
+            })
+            .collect();
+        let neighbours = contact::neighbours(&list);
+        contact::find_cuts(&mut list, &neighbours);
+        solid::mark_solids(&mut list, &neighbours);
+        Self { frame, list }
+    }
+}

@@ -1,0 +1,707 @@
+//! The scene file as written: TOML keys into plain structures, nothing judged but form.
+//!
+//! Unknown keys and words are errors with the line and the nearest valid name. [`json_schema`] is made
+//! from the same structures, for editors. What the values mean is decided next door (`material.rs`,
+//! `grid.rs`, `view.rs`).
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::path::Path;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator};
+use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
+use serde::de::{Error as _, IgnoredAny, MapAccess, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer};
+
+use super::suggest;
+use crate::{Error, Result};
+
+/// A value and where it stands in the file, as a byte offset.
+#[derive(Clone, Debug)]
+pub(crate) struct At<T> {
+    pub(crate) value: T,
+    pub(crate) offset: usize,
+}
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for At<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
+        let spanned = toml::Spanned::<T>::deserialize(deserializer)?;
+        Ok(Self {
+            offset: spanned.span().start,
+            value: spanned.into_inner(),
+        })
+    }
+}
+
+impl<T: JsonSchema> JsonSchema for At<T> {
+    fn inline_schema() -> bool {
+        T::inline_schema()
+    }
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        T::schema_name()
+    }
+    fn schema_id() -> std::borrow::Cow<'static, str> {
+        T::schema_id()
+    }
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        T::json_schema(generator)
+    }
+}
+
+/// A text with its file name: turns offsets into errors with a line.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Source<'a> {
+    pub(crate) path: &'a Path,
+    pub(crate) text: &'a str,
+}
+
+impl Source<'_> {
+    /// Line of a byte offset, counted from one.
+    pub(crate) fn line(&self, offset: usize) -> usize {
+        let end = offset.min(self.text.len());
+        1 + self.text.as_bytes()[..end]
+            .iter()
+            .filter(|b| **b == b'\n')
+            .count()
+    }
+
+    /// Names file and line, unless the error names another file already.
+    pub(crate) fn place(&self, offset: usize, error: Error) -> Error {
+        error.in_file(self.path).at_line(self.line(offset))
+    }
+
+    /// Malformed input at `offset`.
+    pub(crate) fn malformed(&self, offset: usize, message: impl Into<String>) -> Error {
+        self.place(offset, Error::malformed(message))
+    }
+
+    /// An impossible scene at `offset`.
+    pub(crate) fn impossible(&self, offset: usize, message: impl Into<String>) -> Error {
+        self.place(offset, Error::impossible(message))
+    }
+
+    /// Something not built at `offset`.
+    pub(crate) fn unsupported(&self, offset: usize, what: &str) -> Error {
+        self.place(
+            offset,
+            Error::unsupported(format!(
+                "{what} is not supported in this version: it is not built yet"
+            )),
+        )
+    }
+}
+
+/// A lighting scene: geometry, materials, and what is asked of them.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(title = "clerestory scene")]
+pub(crate) struct SceneFile {
+    /// Title, for reports.
+    pub(crate) title: Option<String>,
+    /// Geometry files and how to read them.
+    pub(crate) geometry: At<GeometryDef>,
+    /// How the spectrum is divided.
+    pub(crate) bands: Option<BandsDef>,
+    /// One table for each material name (`usemtl`) of the OBJ files.
+    #[serde(default)]
+    pub(crate) materials: BTreeMap<String, At<MaterialDef>>,
+    /// Points at which illuminance is asked.
+    #[serde(default)]
+    pub(crate) grids: Vec<At<GridDef>>,
+    /// Pictures asked for.
+    #[serde(default)]
+    pub(crate) views: Vec<At<ViewDef>>,
+    #[schemars(skip)]
+    pub(crate) sky: Option<At<SkyDef>>,
+    #[schemars(skip)]
+    pub(crate) site: Option<At<IgnoredAny>>,
+    #[schemars(skip)]
+    pub(crate) luminaires: Option<At<Vec<At<IgnoredAny>>>>,
+}
+
+/// Geometry files and how to read them.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct GeometryDef {
+    /// OBJ files, relative to the scene file.
+    pub(crate) files: Vec<At<String>>,
+    /// Unit of the coordinates in the OBJ files.
+    pub(crate) unit: Unit,
+    /// The axis that points up.
+    pub(crate) up: Up,
+    /// True north in degrees, clockwise from +Y (z up).
+    pub(crate) north_deg: Option<At<f64>>,
+}
+
+/// Unit of length.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Unit {
+    /// Metre.
+    M,
+    /// Centimetre.
+    Cm,
+    /// Millimetre.
+    Mm,
+    /// International foot, 0.3048 m.
+    Ft,
+    /// International inch, 25.4 mm.
+    In,
+}
+
+impl Unit {
+    /// The unit in metres.
+    pub(crate) fn metres(self) -> f64 {
+        match self {
+            Self::M => 1.0,
+            Self::Cm => 0.01,
+            Self::Mm => 0.001,
+            Self::Ft => 0.3048,
+            Self::In => 0.0254,
+        }
+    }
+
+    /// Converts with one rounding: millimetres are divided by 1000, not multiplied by an inexact 0.001.
+    pub(crate) fn to_metres(self, p: glam::DVec3) -> glam::DVec3 {
+        match self {
+            Self::M => p,
+            Self::Cm => p / 100.0,
+            Self::Mm => p / 1000.0,
+            Self::Ft | Self::In => p * self.metres(),
+        }
+    }
+}
+
+/// The axis that points up.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Up {
+    /// z points up.
+    Z,
+    /// y points up.
+    Y,
+}
+
+/// How the spectrum is divided.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct BandsDef {
+    /// "auto" lets the program choose.
+    pub(crate) mode: Option<At<ModeDef>>,
+}
+
+/// A name, or a division by step or by edges.
+#[derive(Debug, JsonSchema)]
+#[schemars(untagged)]
+pub(crate) enum ModeDef {
+    /// A named division.
+    Name(ModeName),
+    /// Equal steps or explicit edges.
+    Division(DivisionDef),
+}
+
+/// A named division of the spectrum.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum ModeName {
+    /// The program chooses.
+    Auto,
+    /// One band.
+    Grey,
+    /// Three bands: red, green, blue.
+    Rgb,
+}
+
+/// Equal steps over a range, or explicit edges; nanometres.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct DivisionDef {
+    /// Width of a band, nm; wants `range_nm`.
+    pub(crate) step_nm: Option<f64>,
+    /// From and to, nm.
+    pub(crate) range_nm: Option<[f64; 2]>,
+    /// Increasing edges, nm.
+    pub(crate) edges_nm: Option<Vec<f64>>,
+}
+
+/// What a surface does with light.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct MaterialDef {
+    /// "diffuse" unless given.
+    pub(crate) kind: Option<At<Kind>>,
+    /// Reflectance, 0 to 1.
+    pub(crate) reflectance: Option<At<ValueDef>>,
+    /// Reflectance of the back where it differs, 0 to 1.
+    pub(crate) reflectance_back: Option<At<ValueDef>>,
+    /// Transmittance of clear glass, measured at normal incidence, 0 to 1.
+    pub(crate) transmittance: Option<At<ValueDef>>,
+    /// Index of refraction of clear glass; 1.52 unless given.
+    #[serde(alias = "n")]
+    pub(crate) refractive_index: Option<At<f64>>,
+    /// Light of the surface's own.
+    pub(crate) emission: Option<At<EmissionDef>>,
+    #[schemars(skip)]
+    pub(crate) outside: Option<At<IgnoredAny>>,
+}
+
+/// Kind of material.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Kind {
+    /// Lambertian.
+    Diffuse,
+    /// A thin clear pane.
+    Glass,
+    /// A plane mirror.
+    Mirror,
+    #[schemars(skip)]
+    Translucent,
+}
+
+/// A number, linear Rec. 709 [r, g, b], or a spectrum file (`wavelength_nm,value`).
+#[derive(Clone, Debug, JsonSchema)]
+#[schemars(untagged)]
+pub(crate) enum ValueDef {
+    /// The same at all wavelengths.
+    Number(f64),
+    /// Linear Rec. 709.
+    Rgb([f64; 3]),
+    /// A CSV file with the header `wavelength_nm,value`.
+    File(String),
+}
+
+/// Lambertian emission; exactly one of the four quantities.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct EmissionDef {
+    /// Luminance, cd/m².
+    pub(crate) luminance_cd_m2: Option<At<f64>>,
+    /// Luminous exitance of each emitting side, lm/m².
+    pub(crate) exitance_lm_m2: Option<At<f64>>,
+    /// Luminous flux of all faces of this material together, lm.
+    pub(crate) flux_lm: Option<At<f64>>,
+    /// CSV file of absolute spectral radiance, W/(m² sr nm); zero beyond its ends.
+    pub(crate) radiance: Option<At<String>>,
+    /// Spectrum of the light: illuminant name, colour temperature in K, or a CSV file of relative values.
+    /// Equal energy ("E") unless given.
+    pub(crate) spectrum: Option<At<SpectrumDef>>,
+    /// Emit from the back as well.
+    #[serde(default)]
+    pub(crate) two_sided: bool,
+}
+
+/// An illuminant name, a colour temperature in K, or a CSV file of relative values.
+#[derive(Clone, Debug, JsonSchema)]
+#[schemars(untagged)]
+pub(crate) enum SpectrumDef {
+    /// Colour temperature, K.
+    Kelvin(f64),
+    /// Illuminant name, or a file name ending in `.csv`.
+    Name(String),
+}
+
+/// Points at which illuminance is asked: exactly one of `plane`, `on`, `points`.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct GridDef {
+    /// Name, unique among grids and views; used for files too.
+    pub(crate) name: At<String>,
+    /// Cells of a parallelogram; points at the cell centres.
+    pub(crate) plane: Option<At<PlaneDef>>,
+    /// Name of a material or of an OBJ object or group: points over its faces.
+    pub(crate) on: Option<At<String>>,
+    /// With `on`: distance of the points from the faces along the normal, m.
+    pub(crate) height_m: Option<At<f64>>,
+    /// With `on`: distance between points, m.
+    pub(crate) spacing_m: Option<At<f64>>,
+    /// With `on`: strip left out along the outline, m.
+    pub(crate) inset_m: Option<At<f64>>,
+    /// File of points in Radiance's form: `x y z dx dy dz` on each line, metres.
+    pub(crate) points: Option<At<String>>,
+    /// Direction that the points face. u × v for `plane` and the face's normal for `on`, unless given.
+    pub(crate) normal: Option<At<[f64; 3]>>,
+}
+
+/// Cells of a parallelogram.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct PlaneDef {
+    /// A corner, m.
+    pub(crate) origin_m: At<[f64; 3]>,
+    /// Whole side along u, m.
+    pub(crate) u_m: At<[f64; 3]>,
+    /// Whole side along v, m.
+    pub(crate) v_m: At<[f64; 3]>,
+    /// Cells along u.
+    pub(crate) nu: At<u32>,
+    /// Cells along v.
+    pub(crate) nv: At<u32>,
+}
+
+/// A picture: position, direction and projection.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ViewDef {
+    /// Name, unique among grids and views; used for files too.
+    pub(crate) name: At<String>,
+    /// Eye, m.
+    pub(crate) position_m: At<[f64; 3]>,
+    /// View direction; any length.
+    pub(crate) direction: At<[f64; 3]>,
+    /// Up in the picture; the scene's up axis unless given.
+    pub(crate) up: Option<At<[f64; 3]>>,
+    /// "perspective" unless given.
+    pub(crate) kind: Option<At<ViewKind>>,
+    /// Width and height of the film, mm; wants `focal_mm`.
+    pub(crate) film_mm: Option<At<[f64; 2]>>,
+    /// Focal length, mm.
+    pub(crate) focal_mm: Option<At<f64>>,
+    /// Full angle in degrees: horizontal, or [horizontal, vertical].
+    pub(crate) fov_deg: Option<At<FovDef>>,
+    /// Width and height in pixels, 1 to 16384.
+    pub(crate) pixels: At<[u32; 2]>,
+}
+
+/// Projection of a view.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum ViewKind {
+    /// A pinhole camera.
+    Perspective,
+    /// Equidistant (angular) fisheye.
+    Fisheye,
+    /// Equirectangular, all around.
+    Panorama,
+}
+
+/// Horizontal angle, or [horizontal, vertical], degrees.
+#[derive(Clone, Copy, Debug, JsonSchema)]
+#[schemars(untagged)]
+pub(crate) enum FovDef {
+    /// Horizontal.
+    Horizontal(f64),
+    /// Horizontal and vertical.
+    Both([f64; 2]),
+}
+
+/// The sky, of which only "none" is built.
+#[derive(Debug, Deserialize)]
+pub(crate) struct SkyDef {
+    pub(crate) model: Option<At<String>>,
+    #[serde(flatten)]
+    pub(crate) _rest: BTreeMap<String, IgnoredAny>,
+}
+
+/// A value that may be a number, a list or a text: collects what its type accepts.
+struct Loose {
+    number: bool,
+    list: bool,
+    text: bool,
+    map: bool,
+    expected: &'static str,
+}
+
+/// What was found.
+enum Found<M> {
+    Number(f64),
+    List(Vec<f64>),
+    Text(String),
+    Map(M),
+}
+
+struct LooseVisitor<M> {
+    what: Loose,
+    marker: std::marker::PhantomData<M>,
+}
+
+impl<'de, M: Deserialize<'de>> Visitor<'de> for LooseVisitor<M> {
+    type Value = Found<M>;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.what.expected)
+    }
+    fn visit_i64<E: serde::de::Error>(self, v: i64) -> std::result::Result<Self::Value, E> {
+        self.visit_f64(v as f64)
+    }
+    fn visit_u64<E: serde::de::Error>(self, v: u64) -> std::result::Result<Self::Value, E> {
+        self.visit_f64(v as f64)
+    }
+    fn visit_f64<E: serde::de::Error>(self, v: f64) -> std::result::Result<Self::Value, E> {
+        if self.what.number {
+            return Ok(Found::Number(v));
+        }
+        Err(E::invalid_type(serde::de::Unexpected::Float(v), &self))
+    }
+    fn visit_str<E: serde::de::Error>(self, v: &str) -> std::result::Result<Self::Value, E> {
+        if self.what.text {
+            return Ok(Found::Text(v.to_owned()));
+        }
+        Err(E::invalid_type(serde::de::Unexpected::Str(v), &self))
+    }
+    fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> std::result::Result<Self::Value, A::Error> {
+        if self.what.list {
+            return Vec::deserialize(SeqAccessDeserializer::new(seq)).map(Found::List);
+        }
+        Err(A::Error::invalid_type(serde::de::Unexpected::Seq, &self))
+    }
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> std::result::Result<Self::Value, A::Error> {
+        if self.what.map {
+            return M::deserialize(MapAccessDeserializer::new(map)).map(Found::Map);
+        }
+        Err(A::Error::invalid_type(serde::de::Unexpected::Map, &self))
+    }
+}
+
+impl Loose {
+    fn read<'de, M: Deserialize<'de>, D: Deserializer<'de>>(
+        self,
+        d: D,
+    ) -> std::result::Result<Found<M>, D::Error> {
+        d.deserialize_any(LooseVisitor {
+            what: self,
+            marker: std::marker::PhantomData,
+        })
+    }
+}
+
+impl<'de> Deserialize<'de> for ModeDef {
+    fn deserialize<D: Deserializer<'de>>(d: D) -> std::result::Result<Self, D::Error> {
+        let expected = "a name or a table with `step_nm` and `range_nm`, or `edges_nm`";
+        let what = Loose {
+            number: false,
+            list: false,
+            text: true,
+            map: true,
+            expected,
+        };
+        match what.read::<DivisionDef, D>(d)? {
+            Found::Map(division) => Ok(Self::Division(division)),
+            Found::Text(name) => {
+                let name: serde::de::value::StringDeserializer<D::Error> =
+                    serde::de::IntoDeserializer::into_deserializer(name);
+                ModeName::deserialize(name).map(Self::Name)
+            }
+            Found::Number(_) | Found::List(_) => Err(D::Error::custom(expected)),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for ValueDef {
+    fn deserialize<D: Deserializer<'de>>(d: D) -> std::result::Result<Self, D::Error> {
+        let expected = "a number, [r, g, b] or the name of a spectrum file";
+        let what = Loose {
+            number: true,
+            list: true,
+            text: true,
+            map: false,
+            expected,
+        };
+        match what.read::<IgnoredAny, D>(d)? {
+            Found::Number(v) => Ok(Self::Number(v)),
+            Found::Text(name) => Ok(Self::File(name)),
+            Found::List(v) => exactly(&v, "[r, g, b]").map(Self::Rgb),
+            Found::Map(_) => Err(D::Error::custom(expected)),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for SpectrumDef {
+    fn deserialize<D: Deserializer<'de>>(d: D) -> std::result::Result<Self, D::Error> {
+        let expected =
+            "an illuminant name, a colour temperature in K or the name of a spectrum file";
+        let what = Loose {
+            number: true,
+            list: false,
+            text: true,
+            map: false,
+            expected,
+        };
+        match what.read::<IgnoredAny, D>(d)? {
+            Found::Number(v) => Ok(Self::Kelvin(v)),
+            Found::Text(name) => Ok(Self::Name(name)),
+            Found::List(_) | Found::Map(_) => Err(D::Error::custom(expected)),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for FovDef {
+    fn deserialize<D: Deserializer<'de>>(d: D) -> std::result::Result<Self, D::Error> {
+        let expected = "an angle in degrees or [horizontal, vertical]";
+        let what = Loose {
+            number: true,
+            list: true,
+            text: false,
+            map: false,
+            expected,
+        };
+        match what.read::<IgnoredAny, D>(d)? {
+            Found::Number(v) => Ok(Self::Horizontal(v)),
+            Found::List(v) => exactly(&v, "[horizontal, vertical]").map(Self::Both),
+            Found::Text(_) | Found::Map(_) => Err(D::Error::custom(expected)),
+        }
+    }
+}
+
+/// A list of exactly `N` numbers.
+fn exactly<const N: usize, E: serde::de::Error>(
+    list: &[f64],
+    what: &str,
+) -> std::result::Result<[f64; N], E> {
+    list.try_into()
+        .map_err(|_| E::custom(format!("expected {N} numbers {what}, found {}", list.len())))
+}
+
+/// Reads the text of a scene file.
+///
+/// # Errors
+/// Malformed TOML, unknown or missing keys and wrong types, with file and line.
+pub(crate) fn parse(source: Source<'_>) -> Result<SceneFile> {
+    toml::from_str(source.text).map_err(|e| explain(source, &e))
+}
+
+/// The JSON Schema of the scene file, for editors.
+#[must_use]
+pub fn json_schema() -> serde_json::Value {
+    schemars::schema_for!(SceneFile).to_value()
+}
+
+/// Turns a TOML error into ours.
+fn explain(source: Source<'_>, error: &toml::de::Error) -> Error {
+    let message = error.message();
+    let (text, mend) = reword(message);
+    let mut ours = Error::malformed(text).in_file(source.path);
+    if let Some(span) = error.span() {
+        ours = ours.at_line(source.line(span.start));
+    }
+    match mend {
+        Some(mend) => ours.mend(mend),
+        None => ours,
+    }
+}
+
+/// Our words for what serde says, and the mend.
+fn reword(message: &str) -> (String, Option<String>) {
+    let names: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
+    let Some((found, known)) = names.split_first() else {
+        return (message.to_owned(), None);
+    };
+    if message.starts_with("unknown field") {
+        return (
+            format!("unknown key `{found}`"),
+            Some(suggest::mend(found, known)),
+        );
+    }
+    if message.starts_with("unknown variant") {
+        let known: Vec<&str> = known
+            .iter()
+            .copied()
+            .filter(|k| *k != "translucent")
+            .collect();
+        return (
+            format!("unknown word `{found}`"),
+            Some(suggest::mend(found, &known)),
+        );
+    }
+    if message.starts_with("missing field") {
+        return (format!("missing key `{found}`"), Some(mend_missing(found)));
+    }
+    (message.to_owned(), None)
+}
+
+/// What to write for a missing key.
+fn mend_missing(key: &str) -> String {
+    match key {
+        "geometry" => "add a [geometry] table with files, unit and up".to_owned(),
+        "unit" => "add unit = \"m\" (or cm, mm, ft, in): an OBJ file carries no unit".to_owned(),
+        "up" => "add up = \"z\" (or y): an OBJ file does not say which axis points up".to_owned(),
+        "files" => "add files = [\"room.obj\"]".to_owned(),
+        "pixels" => "add pixels = [512, 512]".to_owned(),
+        _ => format!("add `{key} = ...`; `clerestory schema` lists all keys"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn error(text: &str) -> String {
+        parse(Source {
+            path: Path::new("s.toml"),
+            text,
+        })
+        .unwrap_err()
+        .to_string()
+    }
+
+    const HEAD: &str = "[geometry]\nfiles = [\"a.obj\"]\nunit = \"m\"\nup = \"z\"\n";
+
+    #[test]
+    fn an_unknown_key_names_line_and_nearest_key() {
+        let e = error(&format!("{HEAD}[materials.wall]\nreflectence = 0.5\n"));
+        assert!(e.contains("s.toml:6: unknown key `reflectence`"), "{e}");
+        assert!(e.contains("did you mean `reflectance`?"), "{e}");
+    }
+
+    #[test]
+    fn an_unknown_unit_names_line_and_nearest_unit() {
+        let e = error("[geometry]\nfiles = []\nunit = \"mmm\"\nup = \"z\"\n");
+        assert!(
+            e.contains("s.toml:3: unknown word `mmm`") && e.contains("`mm`"),
+            "{e}"
+        );
+    }
+
+    #[test]
+    fn an_unknown_kind_and_band_mode_are_named() {
+        let e = error(&format!("{HEAD}[materials.w]\nkind = \"glas\"\n"));
+        assert!(
+            e.contains("s.toml:6:") && e.contains("did you mean `glass`?"),
+            "{e}"
+        );
+        let e = error(&format!("{HEAD}[bands]\nmode = \"gray\"\n"));
+        assert!(
+            e.contains("s.toml:6:") && e.contains("did you mean `grey`?"),
+            "{e}"
+        );
+        let e = error(&format!("{HEAD}[bands]\nmode = {{ step = 5 }}\n"));
+        assert!(
+            e.contains("s.toml:6: unknown key `step`") && e.contains("`step_nm`"),
+            "{e}"
+        );
+    }
+
+    #[test]
+    fn a_missing_unit_says_what_to_add() {
+        let e = error("[geometry]\nfiles = []\nup = \"z\"\n");
+        assert!(
+            e.contains("s.toml:1: missing key `unit`") && e.contains("add unit = \"m\""),
+            "{e}"
+        );
+        assert!(error("").contains("add a [geometry] table"));
+    }
+
+    #[test]
+    fn broken_toml_names_its_line() {
+        let e = error("title = \"x\"\n[geometry\n");
+        assert!(e.contains("s.toml:2:"), "{e}");
+    }
+
+    #[test]
+    fn the_schema_knows_the_keys_and_closes_the_tables() {
+        let text = json_schema().to_string();
+        for key in [
+            "luminance_cd_m2",
+            "spacing_m",
+            "range_nm",
+            "film_mm",
+            "additionalProperties",
+        ] {
+            assert!(text.contains(key), "{key}");
+        }
+        assert!(
+            !text.contains("luminaires") && !text.contains("translucent"),
+            "not built, not offered"
+        );
+    }
+}

@@ -1,0 +1,179 @@
+//! The ray chain: through mirrors and panes to the diffuse surface where light is looked up.
+//!
+//! This is what makes the form factors "extended" (Rushmeier and Torrance 1990) and the final gather the second pass
+//! of a two-pass method (Wallace, Cohen and Greenberg 1987).
+
+use glam::DVec3;
+
+use super::caster::{Hit, MISS, Ray};
+use super::optics::{Optics, Specular};
+use super::world::{Kind, World};
+
+/// Mirrors and panes along one chain; what is longer is counted as lost.
+const MAX_LINKS: usize = 48;
+
+/// Where a chain ended.
+#[derive(Clone, Copy, Debug)]
+pub enum Landing {
+    /// On a diffuse surface.
+    Surface {
+        /// Which.
+        surface: u32,
+        /// Which side.
+        front: bool,
+        /// The point, in the program's frame.
+        point: DVec3,
+        /// Length of the chain.
+        distance: f64,
+        /// It came by a mirror (or a coloured pane), so direct light does not already count emission seen here.
+        mirrored: bool,
+    },
+    /// Out of the scene.
+    Escaped,
+    /// Inside a solid: the start of the ray is covered.
+    Covered,
+    /// In a mirror maze.
+    Lost,
+}
+
+/// What mirrors and panes took from a ray, and what is left.
+#[derive(Clone, Debug)]
+pub struct Tint {
+    /// Share left, the same in all bands.
+    pub scale: f32,
+    /// Share left by band, beside `scale`; meaningful only when `coloured`.
+    pub bands: Vec<f32>,
+    /// Does `bands` hold anything?
+    pub coloured: bool,
+    /// Panes met.
+    pub panes: u32,
+}
+
+impl Tint {
+    /// Nothing taken.
+    #[must_use]
+    pub fn new(pad: usize) -> Self {
+        Self { scale: 1.0, bands: vec![1.0; pad], coloured: false, panes: 0 }
+    }
+
+    /// Nothing taken, again.
+    pub fn reset(&mut self) {
+        if self.coloured {
+            self.bands.fill(1.0);
+        }
+        self.scale = 1.0;
+        self.coloured = false;
+        self.panes = 0;
+    }
+
+    /// Share left in one band.
+    #[must_use]
+    #[inline]
+    pub fn share(&self, band: usize) -> f32 {
+        self.scale * self.bands[band]
+    }
+
+    fn take(&mut self, shares: impl ExactSizeIterator<Item = f32> + Clone) {
+        let mut all = shares.clone();
+        let first = all.next().unwrap_or(0.0);
+        if all.all(|s| s == first) {
+            self.scale *= first;
+        } else {
+            self.coloured = true;
+            for (b, s) in self.bands.iter_mut().zip(shares) {
+                *b *= s;
+            }
+        }
+    }
+}
+
+/// Which way to take at panes of glass.
+#[derive(Clone, Copy, Debug)]
+pub enum Fork {
+    /// By chance: a number in `[0, 1)`, spread over all panes met; the tint carries the odds.
+    Chance(f64),
+    /// Reflected at the pane of this number (counted from zero) and straight through all others; the tint carries the
+    /// plain reflectance and transmittances, so that the branches 0, 1, 2 ... and "none" add up.
+    Branch(u32),
+}
+
+/// Follows a ray whose first hit is known. `tint` is multiplied.
+pub fn follow(
+    world: &World,
+    optics: &Optics,
+    mut ray: Ray,
+    mut hit: Hit,
+    mut fork: Fork,
+    tint: &mut Tint,
+    rays: &mut u64,
+) -> Landing {
+    let mut distance = 0.0;
+    let mut mirrored = false;
+    for _ in 0..MAX_LINKS {
+        if hit.surface == MISS {
+            return Landing::Escaped;
+        }
+        let surface = &world.surfaces.list[hit.surface as usize];
+        let direction = DVec3::from_array(ray.direction.map(f64::from));
+        let cosine = surface.normal.dot(direction);
+        let front = cosine < 0.0;
+        let point = ray.at(hit.t);
+        distance += f64::from(hit.t);
+        if world.kind(hit.surface) == Kind::Diffuse {
+            if surface.solid && !front {
+                return Landing::Covered;
+            }
+            return Landing::Surface { surface: hit.surface, front, point, distance, mirrored };
+        }
+        let normal = surface.side_normal(front);
+        let reflected = (direction - surface.normal * (2.0 * cosine)).normalize();
+        let n = optics.bands.len();
+        let (next, side) = match &optics.specular[surface.material] {
+            Specular::Mirror(rho) => {
+                mirrored = true;
+                tint.take(rho[..n].iter().copied());
+                (reflected, normal)
+            }
+            Specular::Glass(panes) => {
+                let by_band: Vec<(f64, f64)> = panes.iter().map(|p| p.by_angle(cosine.abs())).collect();
+                let (t, r) = by_band.iter().fold((0.0, 0.0), |s, b| (s.0 + b.0, s.1 + b.1));
+                let (reflects, odds) = fork.choose(r / (t + r).max(1e-300), tint.panes);
+                tint.panes += 1;
+                if reflects {
+                    mirrored = true;
+                    tint.take(by_band.iter().map(|b| (b.1 / odds) as f32));
+                    (reflected, normal)
+                } else {
+                    mirrored |= world.pane(hit.surface).is_none();
+                    tint.take(by_band.iter().map(|b| (b.0 / odds) as f32));
+                    (direction, -normal)
+                }
+            }
+            Specular::None => return Landing::Lost,
+        };
+        if tint.scale == 0.0 {
+            return Landing::Lost;
+        }
+        ray = Ray::new(world.lift(point, side), next);
+        *rays += 1;
+        hit = world.caster.closest(&ray);
+    }
+    Landing::Lost
+}
+
+impl Fork {
+    /// Reflected here? And the odds that the tint has to be divided by.
+    fn choose(&mut self, reflect: f64, pane: u32) -> (bool, f64) {
+        match self {
+            Self::Branch(at) => (*at == pane, 1.0),
+            Self::Chance(u) if *u < reflect => {
+                *u /= reflect;
+                (true, reflect)
+            }
+            Self::Chance(u) => {
+                *u = (*u - reflect) / (1.0 - reflect);
+                (false, 1.0 - reflect)
+            }
+        }
+    }
+}

@@ -1,0 +1,22 @@
+//! Who sees whom, and how much: rays, direct light, transport rows.
+//!
+//! In: a scene. Out: [`World`] (geometry behind one ray caster), [`Optics`] (what materials do, band by band),
+//! [`Rows`] (the sampled rows of the transport matrix, geometry alone, good for every band).
+
+mod bvh;
+pub mod caster;
+mod chain;
+mod direct;
+mod glass;
+mod kernel;
+mod optics;
+pub mod points;
+mod rows;
+mod world;
+
+pub use chain::{Fork, Landing, Tint, follow};
+pub use direct::{DirectScratch, direct, transmittance_to};
+pub use glass::Pane;
+pub use optics::Optics;
+pub use rows::{Replica, Rows, RowSettings, Target};
+pub use world::{Kind, World, cosine_direction};

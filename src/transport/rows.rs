@@ -1,0 +1,303 @@
+//! Rows of the transport matrix, sampled by rays: geometry alone, good for every band.
+//!
+//! Every element casts a few well-spread rays; each ray lands on another element, which is made if nobody has asked
+//! for it before. A few waves close the set. In a closed scene the weights of a row sum to one by construction.
+
+use rayon::prelude::*;
+
+use super::caster::{Hit, MISS, Ray};
+use super::chain::{Fork, Landing, Tint, follow};
+use super::direct::{DirectScratch, direct};
+use super::optics::Optics;
+use super::points::{Points, seed};
+use super::world::{World, cosine_direction};
+use crate::mesh::{ElementKey, Elements};
+
+/// Where a ray of a row ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Target {
+    /// On an element.
+    Element(u32),
+    /// Out of the scene.
+    Escaped,
+    /// In a mirror maze.
+    Lost,
+    /// The ray began inside a solid: it does not count.
+    Covered,
+}
+
+const ESCAPED: u32 = u32::MAX;
+const LOST: u32 = u32::MAX - 1;
+const COVERED: u32 = u32::MAX - 2;
+
+impl Target {
+    fn pack(self) -> u32 {
+        match self {
+            Self::Element(e) => e,
+            Self::Escaped => ESCAPED,
+            Self::Lost => LOST,
+            Self::Covered => COVERED,
+        }
+    }
+
+    fn unpack(raw: u32) -> Self {
+        match raw {
+            ESCAPED => Self::Escaped,
+            LOST => Self::Lost,
+            COVERED => Self::Covered,
+            e => Self::Element(e),
+        }
+    }
+}
+
+/// How many rays, and from which seed.
+#[derive(Clone, Copy, Debug)]
+pub struct RowSettings {
+    /// Independent sets of rays.
+    pub replicas: usize,
+    /// Rays of each set, per element.
+    pub rays: usize,
+    /// Seed.
+    pub seed: u64,
+    /// Elements are not made beyond this number.
+    pub max_elements: usize,
+}
+
+/// One independent set of rows: for element `i`, the rays `i · rays .. (i + 1) · rays`.
+#[derive(Clone, Debug, Default)]
+pub struct Replica {
+    targets: Vec<u32>,
+    /// What mirrors left of each ray: share and tint; empty without mirrors.
+    shares: Vec<(f32, u32)>,
+    /// Irradiance per unit exitance from each group: `element · groups + group`.
+    pub direct: Vec<f32>,
+    /// Emission seen by mirrors: element, group, weight, tint.
+    pub mirrored: Vec<(u32, u32, f32, u32)>,
+}
+
+/// The rows of all elements.
+#[derive(Clone, Debug)]
+pub struct Rows {
+    /// Rays of each replica, per element.
+    pub rays: usize,
+    /// Number of groups of emitters.
+    pub groups: usize,
+    /// The independent sets.
+    pub replicas: Vec<Replica>,
+    /// Share of each element's samples that are not covered, over all replicas.
+    pub valid: Vec<f32>,
+    /// Tints by band, padded; tint 0 means none.
+    pub tints: Vec<Vec<f32>>,
+    /// Rays cast.
+    pub rays_cast: u64,
+    /// Exact form factors of emitters worked out.
+    pub factors: u64,
+    /// Elements that were asked for but not made, for want of memory.
+    pub refused: u64,
+}
+
+/// One ray of one element, before its target has a number.
+struct Sample {
+    key: Option<ElementKey>,
+    target: Target,
+    share: f32,
+    tint: Option<Vec<f32>>,
+    emission: Option<u32>,
+}
+
+struct Expanded {
+    samples: Vec<Sample>,
+    direct: Vec<f32>,
+    rays: u64,
+    factors: u64,
+}
+
+impl Rows {
+    /// Casts the rows of all elements of the mesh, and of all that these ask for.
+    #[must_use]
+    pub fn expand(world: &World, optics: &Optics, mesh: &mut Elements, settings: &RowSettings) -> Self {
+        let groups = world.emitters.groups();
+        let mut rows = Self {
+            rays: settings.rays,
+            groups,
+            replicas: vec![Replica::default(); settings.replicas],
+            valid: Vec::new(),
+            tints: vec![vec![1.0; optics.pad]],
+            rays_cast: 0,
+            factors: 0,
+            refused: 0,
+        };
+        let mut done = 0;
+        while done < mesh.len() {
+            let wave: Vec<Expanded> = (done..mesh.len())
+                .into_par_iter()
+                .with_min_len(16)
+                .map_init(|| Worker::new(world, optics, settings), |worker, i| worker.expand(mesh, i))
+                .collect();
+            done = mesh.len();
+            for (i, expanded) in (done - wave.len()..).zip(wave) {
+                rows.enter(world, mesh, settings, i as u32, expanded);
+            }
+        }
+        rows
+    }
+
+    fn enter(&mut self, world: &World, mesh: &mut Elements, settings: &RowSettings, i: u32, e: Expanded) {
+        self.rays_cast += e.rays;
+        self.factors += e.factors;
+        let mut covered = 0;
+        for (k, s) in e.samples.iter().enumerate() {
+            let tint = match &s.tint {
+                Some(t) => {
+                    self.tints.push(t.clone());
+                    self.tints.len() as u32 - 1
+                }
+                None => 0,
+            };
+            let mut target = s.target;
+            if let Some(key) = s.key {
+                let mut id = mesh.find(key);
+                if id == crate::mesh::NO_ELEMENT && mesh.len() < settings.max_elements {
+                    id = mesh.make(&world.surfaces, key);
+                }
+                target = if id == crate::mesh::NO_ELEMENT { Target::Lost } else { Target::Element(id) };
+                self.refused += u64::from(id == crate::mesh::NO_ELEMENT);
+            }
+            covered += usize::from(target == Target::Covered);
+            let replica = &mut self.replicas[k / settings.rays];
+            replica.targets.push(target.pack());
+            if world.has_specular() {
+                replica.shares.push((s.share, tint));
+            }
+            if let Some(group) = s.emission {
+                replica.mirrored.push((i, group, s.share, tint));
+            }
+        }
+        self.valid.push(1.0 - covered as f32 / e.samples.len() as f32);
+        for (r, d) in self.replicas.iter_mut().zip(e.direct.chunks_exact(self.groups.max(1))) {
+            r.direct.extend_from_slice(&d[..self.groups]);
+        }
+    }
+
+    /// The rays of one element in one replica: target, share, tint.
+    pub fn row(&self, replica: usize, element: usize) -> impl Iterator<Item = (Target, f32, u32)> + '_ {
+        let r = &self.replicas[replica];
+        (element * self.rays..(element + 1) * self.rays).map(|k| {
+            let (share, tint) = r.shares.get(k).copied().unwrap_or((1.0, 0));
+            (Target::unpack(r.targets[k]), share, tint)
+        })
+    }
+}
+
+/// Buffers of one thread.
+struct Worker<'a> {
+    world: &'a World,
+    optics: &'a Optics,
+    settings: &'a RowSettings,
+    scratch: DirectScratch,
+    tint: Tint,
+    rays: Vec<Ray>,
+    hits: Vec<Hit>,
+    factors: Vec<f64>,
+}
+
+impl<'a> Worker<'a> {
+    fn new(world: &'a World, optics: &'a Optics, settings: &'a RowSettings) -> Self {
+        Self {
+            world,
+            optics,
+            settings,
+            scratch: DirectScratch::default(),
+            tint: Tint::new(optics.pad),
+            rays: Vec::new(),
+            hits: Vec::new(),
+            factors: vec![0.0; world.emitters.groups()],
+        }
+    }
+
+    fn expand(&mut self, mesh: &Elements, index: usize) -> Expanded {
+        let element = &mesh.list()[index];
+        let surface = &self.world.surfaces.list[element.surface as usize];
+        let normal = surface.side_normal(element.front);
+        let groups = self.world.emitters.groups();
+        let (replicas, rays) = (self.settings.replicas, self.settings.rays);
+        let mut out = Expanded {
+            samples: Vec::with_capacity(replicas * rays),
+            direct: vec![0.0; replicas * groups.max(1)],
+            rays: 0,
+            factors: 0,
+        };
+        let mut counted = vec![0u32; replicas];
+        let (rays_before, factors_before) = (self.scratch.rays, self.scratch.factors);
+        for r in 0..replicas {
+            let stream = seed(&[self.settings.seed, element.key.bits(), r as u64]);
+            let points = Points::new(stream);
+            self.rays.clear();
+            for k in 0..rays as u32 {
+                let (a, b) = points.pair(k, 0);
+                let (c, d) = points.pair(k, 2);
+                let start = self.world.lift(element.sample(surface, a, b), normal);
+                self.rays.push(Ray::new(start, cosine_direction(normal, c, d)));
+            }
+            self.hits.clear();
+            self.hits.resize(rays, Hit { t: 0.0, surface: MISS });
+            self.world.caster.closest_batch(&self.rays, &mut self.hits);
+            out.rays += rays as u64;
+            for k in 0..rays {
+                let sample = self.sample(mesh, k, points.get(k as u32, 4), &mut out.rays);
+                if sample.target != Target::Covered {
+                    counted[r] += 1;
+                    self.factors.fill(0.0);
+                    let x = self.rays[k].at(0.0);
+                    let shadow = seed(&[stream, 1 + k as u64]);
+                    direct(self.world, x, normal, shadow, &mut self.scratch, &mut self.factors);
+                    for (sum, f) in out.direct[r * groups..].iter_mut().zip(&self.factors) {
+                        *sum += *f as f32;
+                    }
+                }
+                out.samples.push(sample);
+            }
+        }
+        average_direct(&mut out.direct, &counted, groups);
+        out.rays += self.scratch.rays - rays_before;
+        out.factors = self.scratch.factors - factors_before;
+        out
+    }
+
+    fn sample(&mut self, mesh: &Elements, k: usize, choice: f64, rays: &mut u64) -> Sample {
+        self.tint.reset();
+        let landing = follow(self.world, self.optics, self.rays[k], self.hits[k], Fork::Chance(choice), &mut self.tint, rays);
+        let mut sample = Sample {
+            key: None,
+            target: Target::Escaped,
+            share: self.tint.scale,
+            tint: self.tint.coloured.then(|| self.tint.bands.clone()),
+            emission: None,
+        };
+        match landing {
+            Landing::Surface { surface, front, point, mirrored, .. } => {
+                let uv = self.world.surfaces.list[surface as usize].uv(point);
+                sample.key = Some(mesh.key_at(surface as usize, front, uv));
+                if mirrored {
+                    sample.emission = self.world.group(surface, front).map(|g| g as u32);
+                }
+            }
+            Landing::Escaped => {}
+            Landing::Covered => sample.target = Target::Covered,
+            Landing::Lost => sample.target = Target::Lost,
+        }
+        sample
+    }
+}
+
+/// Sums to means; a replica none of whose samples count takes the mean of the others.
+fn average_direct(direct: &mut [f32], counted: &[u32], groups: usize) {
+    let all: u32 = counted.iter().sum();
+    for g in 0..groups {
+        let total: f32 = (0..counted.len()).map(|r| direct[r * groups + g]).sum();
+        for (r, n) in counted.iter().enumerate() {
+            let d = &mut direct[r * groups + g];
+            *d = if *n > 0 { *d / *n as f32 } else { total / all.max(1) as f32 };
+        }
+    }
+}
