@@ -8,7 +8,7 @@ use std::io::Cursor;
 use exr::meta::attribute::{AttributeValue, Chromaticities};
 use exr::prelude::{
     AnyChannel, AnyChannels, Compression, Encoding, FlatSamples, Image, Layer, LayerAttributes,
-    SmallVec, Text, Vec2, WritableImage,
+    LineOrder, SmallVec, Text, Vec2, WritableImage,
 };
 
 use super::Provenance;
@@ -34,6 +34,8 @@ pub(super) fn encode(
         attributes(scene, m, provenance),
         Encoding {
             compression: Compression::ZIP16,
+            // Otherwise the blocks come in the order in which threads finish them.
+            line_order: LineOrder::Increasing,
             ..Encoding::default()
         },
         AnyChannels::sort(channels),
