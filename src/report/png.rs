@@ -1,6 +1,6 @@
 //! PNG files, and the tone-mapped picture of a view.
 
-use image::codecs::png::PngEncoder;
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
 
 use crate::error::{Error, ErrorKind, Result};
@@ -14,7 +14,7 @@ pub(super) fn encode(width: usize, height: usize, rgb: &[u8]) -> Result<Vec<u8>>
             .map_err(|_| Error::unsupported(format!("a picture of {width} × {height} pixels")))
     };
     let mut bytes = Vec::new();
-    PngEncoder::new(&mut bytes)
+    PngEncoder::new_with_quality(&mut bytes, CompressionType::Default, FilterType::Adaptive)
         .write_image(rgb, side(width)?, side(height)?, ExtendedColorType::Rgb8)
         .map_err(|e| Error::new(ErrorKind::Internal, format!("a picture: {e}")))?;
     Ok(bytes)
