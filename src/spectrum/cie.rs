@@ -2,7 +2,7 @@
 //!
 //! The colour-matching functions are taken as linear between their entries at 1 nm, as every other curve is
 //! linear between its knots. On a stretch without knots a product of up to three curves is then a cubic at
-//! most, which Gauss's rule with two points integrates exactly ([`nodes`]).
+//! most, which Gauss's rule with two points integrates exactly.
 
 use super::Spectrum;
 use super::tables::cie1931::CMF;

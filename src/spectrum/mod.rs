@@ -5,7 +5,7 @@
 //! CIE XYZ. All integrals are exact for the piecewise linear curves (see [`cie`]), so that a sum over bands
 //! equals the whole.
 
-pub mod bands;
+mod bands;
 pub mod cie;
 pub mod colour;
 mod curve;

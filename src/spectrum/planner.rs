@@ -13,7 +13,7 @@ use crate::{Error, Result};
 pub(super) struct Lamps {
     /// Sum over the emitters of radiance times area; equal energy if there are none.
     pub(super) total: Spectrum,
-    /// The kinds of lamps that differ by more than a factor, strongest first, with their shares of the flux.
+    /// The kinds of lamps that differ by more than a factor, strongest first.
     kinds: Vec<Spectrum>,
 }
 
@@ -26,7 +26,6 @@ impl Lamps {
         let mut kinds: Vec<(Spectrum, f64)> = Vec::new();
         for (spectrum, area) in lights {
             check_light(spectrum, *area)?;
-            let flux = spectrum.luminous() * area;
             if spectrum.max() <= 0.0 || *area <= 0.0 {
                 continue;
             }
@@ -35,7 +34,6 @@ impl Lamps {
                 Some((s, a)) => *a += area * spectrum.max() / s.max(),
                 None => kinds.push(((*spectrum).clone(), *area)),
             }
-            debug_assert!(flux.is_finite());
         }
         if kinds.is_empty() {
             kinds.push((Spectrum::constant(1.0), 1.0));

@@ -1,0 +1,188 @@
+//! A raster of illuminances, and what lies between its points.
+
+use glam::DVec3;
+
+use super::figure::Axis;
+use super::map::LONG_SIDE;
+use crate::error::{Error, ErrorKind, Result};
+use crate::measure::{GridResult, Status};
+use crate::scene::{Axes, GridLayout};
+
+/// Least side of a plot, pixels.
+const LEAST_SIDE: usize = 60;
+
+/// What a cell of a raster holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Cell {
+    /// Illuminance, lx.
+    Lit(f64),
+    /// A sensor that lies on a surface beneath something, or in a solid.
+    Covered,
+    /// No sensor.
+    Empty,
+}
+
+impl Cell {
+    pub(super) fn value(self) -> Option<f64> {
+        match self {
+            Self::Lit(v) => Some(v),
+            _ => None,
+        }
+    }
+}
+
+/// A raster of illuminances.
+pub(super) struct Field {
+    origin: DVec3,
+    u: DVec3,
+    v: DVec3,
+    nu: usize,
+    nv: usize,
+    pub(super) cells: Vec<Cell>,
+    /// The values with a rim of one cell, and with the unlit cells beside lit ones continued: what to
+    /// interpolate between.
+    continued: Vec<Option<f64>>,
+}
+
+impl Field {
+    pub(super) fn new(grid: &GridResult) -> Result<Self> {
+        let wrong =
+            |what: &str| Error::new(ErrorKind::Internal, format!("grid {:?}: {what}", grid.name));
+        let GridLayout::Raster {
+            origin,
+            u,
+            v,
+            nu,
+            nv,
+            index,
+        } = &grid.layout
+        else {
+            return Err(wrong("its points lie in no raster"));
+        };
+        if index.len() != nu * nv || index.is_empty() {
+            return Err(wrong("its raster has not one entry per cell"));
+        }
+        let cell = |i: &Option<usize>| {
+            let Some(i) = *i else {
+                return Ok(Cell::Empty);
+            };
+            let s = grid
+                .sensors
+                .get(i)
+                .ok_or_else(|| wrong("its raster points to a sensor that is not there"))?;
+            Ok(match s.status {
+                Status::Ok if !s.xyz[1].is_finite() => {
+                    return Err(wrong(&format!("point {i} is not finite")));
+                }
+                Status::Ok => Cell::Lit(s.xyz[1]),
+                Status::Covered | Status::Inside => Cell::Covered,
+            })
+        };
+        let cells: Vec<Cell> = index.iter().map(cell).collect::<Result<_>>()?;
+        Ok(Self {
+            origin: *origin,
+            u: *u,
+            v: *v,
+            nu: *nu,
+            nv: *nv,
+            continued: continued(&cells, *nu, *nv),
+            cells,
+        })
+    }
+
+    /// Width and height in pixels, in proportion to the sides unless one is very short.
+    pub(super) fn plot_size(&self) -> (usize, usize) {
+        let (u, v) = (self.u.length(), self.v.length());
+        let long = u.max(v);
+        let side = |s: f64| ((LONG_SIDE as f64 * s / long).round() as usize).max(LEAST_SIDE);
+        (side(u), side(v))
+    }
+
+    pub(super) fn axes(&self, axes: Axes) -> [Axis; 2] {
+        [
+            Axis::new(axes, self.origin, self.u, "along u"),
+            Axis::new(axes, self.origin, self.v, "along v"),
+        ]
+    }
+
+    /// Place in cells: (0, 0) is the middle of the cell at the origin, v points up.
+    pub(super) fn place(&self, x: usize, y: usize, width: usize, height: usize) -> (f64, f64) {
+        let a = (x as f64 + 0.5) / width as f64 * self.nu as f64 - 0.5;
+        let b = (1.0 - (y as f64 + 0.5) / height as f64) * self.nv as f64 - 0.5;
+        (a, b)
+    }
+
+    fn cell(&self, i: i64, j: i64) -> Cell {
+        let i = i.clamp(0, self.nu as i64 - 1) as usize;
+        let j = j.clamp(0, self.nv as i64 - 1) as usize;
+        self.cells[j * self.nu + i]
+    }
+
+    pub(super) fn at_pixel(&self, x: usize, y: usize, width: usize, height: usize) -> Cell {
+        let (a, b) = self.place(x, y, width, height);
+        self.cell(a.round() as i64, b.round() as i64)
+    }
+
+    /// Value at a place in a lit cell: bilinear between the middles of the cells around it.
+    pub(super) fn interpolated(&self, a: f64, b: f64) -> Option<f64> {
+        self.cell(a.round() as i64, b.round() as i64).value()?;
+        let (i, j) = (a.floor(), b.floor());
+        let (s, t) = (a - i, b - j);
+        // The rim shifts the numbers by one.
+        let at = |di: f64, dj: f64| {
+            let (i, j) = ((i + di + 1.0) as usize, (j + dj + 1.0) as usize);
+            self.continued.get(j * (self.nu + 2) + i).copied().flatten()
+        };
+        let corners = [
+            (at(0.0, 0.0), (1.0 - s) * (1.0 - t)),
+            (at(1.0, 0.0), s * (1.0 - t)),
+            (at(0.0, 1.0), (1.0 - s) * t),
+            (at(1.0, 1.0), s * t),
+        ];
+        let known = corners.iter().filter_map(|(v, w)| v.map(|v| (v, w)));
+        let (sum, weight) = known.fold((0.0, 0.0), |(s, n), (v, w)| (s + w * v, n + w));
+        (weight > 0.0).then(|| sum / weight)
+    }
+}
+
+/// The values of the lit cells with a rim of one cell; the rim and the unlit cells beside lit ones continue
+/// the slope, so that isolines run straight to the edge.
+fn continued(cells: &[Cell], nu: usize, nv: usize) -> Vec<Option<f64>> {
+    let width = nu + 2;
+    let mut lit = vec![None; width * (nv + 2)];
+    for (k, cell) in cells.iter().enumerate() {
+        lit[(k / nu + 1) * width + k % nu + 1] = cell.value();
+    }
+    let beside = with_neighbours(&lit, width, |near, far| match far {
+        // A slope is continued with care: half the value more or less at most.
+        Some(far) => (2.0 * near - far).clamp(0.5 * near, 1.5 * near),
+        None => near,
+    });
+    // Corners touch no lit cell: they lie between two continued ones.
+    with_neighbours(&beside, width, |near, _| near)
+}
+
+/// Fills each empty cell with the mean, over the full cells beside it, of what `guess` makes of that cell and
+/// the one behind it.
+fn with_neighbours(
+    values: &[Option<f64>],
+    width: usize,
+    guess: impl Fn(f64, Option<f64>) -> f64,
+) -> Vec<Option<f64>> {
+    let (width, height) = (width as i64, (values.len() / width) as i64);
+    let at = |i: i64, j: i64| {
+        let inside = (0..width).contains(&i) && (0..height).contains(&j);
+        inside.then(|| values[(j * width + i) as usize]).flatten()
+    };
+    let fill = |i: i64, j: i64| {
+        let ways = [(1, 0), (-1, 0), (0, 1), (0, -1)];
+        let guesses = ways
+            .into_iter()
+            .filter_map(|(di, dj)| Some(guess(at(i + di, j + dj)?, at(i + 2 * di, j + 2 * dj))));
+        let (sum, count) = guesses.fold((0.0, 0.0), |(s, n), v| (s + v, n + 1.0));
+        (count > 0.0).then(|| sum / count)
+    };
+    (0..values.len() as i64)
+        .map(|k| values[k as usize].or_else(|| fill(k % width, k / width)))
+        .collect()
+}

@@ -1,0 +1,120 @@
+//! False-colour maps of grids and views.
+
+use super::canvas::{LINE, WHITE};
+use super::field::{Cell, Field};
+use super::figure::{Contents, Figure, hatch};
+use super::isolines::{Pixels, draw_isolines};
+use super::scale::{Scale, three_digits};
+use super::table::Statistics;
+use crate::error::Result;
+use crate::measure::{GridResult, ViewResult};
+use crate::scene::Scene;
+
+/// Longer side of a plot, pixels; pictures are at least as large.
+pub(super) const LONG_SIDE: usize = 900;
+
+/// The map of a grid whose sensors lie in a raster.
+pub(super) fn illuminance(scene: &Scene, grid: &GridResult) -> Result<Vec<u8>> {
+    let field = Field::new(grid)?;
+    let lit: Vec<f64> = field.cells.iter().filter_map(|c| c.value()).collect();
+    let scale = Scale::illuminance(&lit);
+    let (width, height) = field.plot_size();
+    let map = Pixels::new(&field, width, height);
+    let mut figure = Figure::new(&Contents {
+        title: &grid.name,
+        subtitle: &scene.title,
+        notes: &grid_notes(grid),
+        hatched: field.cells.contains(&Cell::Covered),
+        plot: (width, height),
+        axes: Some(field.axes(scene.axes)),
+        scale: &scale,
+        unit: "lx",
+    });
+    let (plot, canvas) = (figure.plot, &mut figure.canvas);
+    for y in 0..height {
+        for x in 0..width {
+            let colour = match map.at(x, y) {
+                Some(v) => scale.colour(v),
+                None if field.at_pixel(x, y, width, height) == Cell::Covered => hatch(x, y),
+                None => WHITE,
+            };
+            canvas.set(plot.left + x, plot.top + y, colour);
+        }
+    }
+    draw_isolines(canvas, plot, &map, &scale);
+    canvas.frame(plot, LINE);
+    figure.canvas.into_png()
+}
+
+fn grid_notes(grid: &GridResult) -> Vec<String> {
+    let Some(v) = Statistics::of(grid).values else {
+        return vec!["no point of this grid can be lit".into()];
+    };
+    let uniformity = v
+        .uniformity()
+        .map_or(String::new(), |u| format!("   U0 {}", three_digits(u)));
+    vec![
+        format!(
+            "mean {} lx   min {} lx   max {} lx{uniformity}",
+            three_digits(v.mean_lx),
+            three_digits(v.min_lx),
+            three_digits(v.max_lx)
+        ),
+        format!(
+            "median error ±{} lx (95 %)",
+            three_digits(v.median_error_lx)
+        ),
+    ]
+}
+
+/// The luminances of a view, logarithmic.
+pub(super) fn luminance(scene: &Scene, result: &ViewResult) -> Result<Vec<u8>> {
+    let view = &result.view;
+    let values: Vec<f64> = result.xyz.iter().map(|p| f64::from(p[1])).collect();
+    let scale = Scale::luminance(&values);
+    // Whole multiples keep the pixels square and sharp.
+    let zoom = LONG_SIDE.div_ceil(view.width.max(view.height));
+    let mut figure = Figure::new(&Contents {
+        title: &view.name,
+        subtitle: &scene.title,
+        notes: &view_notes(result, &values),
+        hatched: false,
+        plot: (zoom * view.width, zoom * view.height),
+        axes: None,
+        scale: &scale,
+        unit: "cd/m²",
+    });
+    let plot = figure.plot;
+    for y in 0..plot.height {
+        for x in 0..plot.width {
+            let v = values[y / zoom * view.width + x / zoom];
+            let colour = if v > 0.0 { scale.colour(v) } else { [0; 3] };
+            figure.canvas.set(plot.left + x, plot.top + y, colour);
+        }
+    }
+    figure.canvas.frame(plot, LINE);
+    figure.canvas.into_png()
+}
+
+fn view_notes(result: &ViewResult, values: &[f64]) -> Vec<String> {
+    let min = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let max = values.iter().copied().fold(0.0, f64::max);
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    let percent = |v: f64| three_digits(100.0 * v);
+    let error = if result.error_median.is_finite() && result.error_p95.is_finite() {
+        format!(
+            "error on diffuse surfaces (95 %): median ±{} %, 95th percentile ±{} %",
+            percent(result.error_median),
+            percent(result.error_p95)
+        )
+    } else {
+        "no diffuse surface in this view".into()
+    };
+    let range = format!(
+        "mean {} cd/m²   min {} cd/m²   max {} cd/m²",
+        three_digits(mean),
+        three_digits(min),
+        three_digits(max)
+    );
+    vec![range, error]
+}

@@ -1,0 +1,114 @@
+//! `run.json`: the record of a run.
+
+use serde_json::{Map, Value, json};
+
+use super::Provenance;
+use super::table::{Statistics, Values};
+use crate::measure::{GridResult, Ledger, Measurement, ViewResult};
+use crate::scene::Scene;
+
+/// Version of the record's form.
+const SCHEMA: &str = "clerestory-run/1";
+
+/// The record of a run: inputs with their hashes, version, what was chosen and why, what was left out, the
+/// balance of energy, and how well each grid and view came out.
+#[must_use]
+pub fn run_json(scene: &Scene, m: &Measurement, provenance: &Provenance) -> Value {
+    let record = &m.record;
+    let warnings: Vec<&String> = scene.warnings.iter().chain(&record.warnings).collect();
+    json!({
+        "schema": SCHEMA,
+        "program": "clerestory",
+        "version": provenance.version,
+        "command": provenance.command,
+        "threads": provenance.threads,
+        "cpu_s": provenance.cpu_s,
+        "wall_s": provenance.wall_s,
+        "title": scene.title,
+        "inputs": scene.inputs.iter().map(|f| json!({
+            "path": f.path.display().to_string(),
+            "sha256": f.sha256,
+        })).collect::<Vec<_>>(),
+        "method": record.method,
+        "seed": record.seed,
+        "tolerance": record.tolerance,
+        "settings": record.settings,
+        "left_out": record.left_out,
+        "counts": object(record.counts.iter().map(|(k, v)| (k, json!(v)))),
+        "timings_s": object(record.timings_s.iter().map(|(k, v)| (k, json!(v)))),
+        "warnings": warnings,
+        "bands": bands(m),
+        "grids": m.grids.iter().map(grid).collect::<Vec<_>>(),
+        "views": m.views.iter().map(view).collect::<Vec<_>>(),
+    })
+}
+
+fn object<'a>(pairs: impl Iterator<Item = (&'a String, Value)>) -> Value {
+    Value::Object(pairs.map(|(k, v)| (k.clone(), v)).collect::<Map<_, _>>())
+}
+
+/// The balance of energy of each band: W per nm, summed line by line; `closure` is what is missing.
+fn bands(m: &Measurement) -> Vec<Value> {
+    let ledger = &m.ledger;
+    let kind = if m.bands.is_spectral() {
+        "range"
+    } else {
+        "nominal"
+    };
+    m.bands
+        .limits_nm()
+        .iter()
+        .enumerate()
+        .map(|(b, (lo, hi))| {
+            json!({
+                "lo_nm": lo,
+                "hi_nm": hi,
+                "limits": kind,
+                "emitted_W_nm": ledger.emitted.get(b),
+                "absorbed_W_nm": ledger.absorbed.get(b),
+                "escaped_W_nm": ledger.escaped.get(b),
+                "unexpanded_W_nm": ledger.unexpanded.get(b),
+                "sampling_error_W_nm": ledger.sampling_error.get(b),
+                "closure": closure(ledger, b),
+            })
+        })
+        .collect()
+}
+
+/// (emitted − absorbed − escaped − unexpanded)/emitted; nothing where nothing is emitted.
+fn closure(ledger: &Ledger, band: usize) -> Option<f64> {
+    let emitted = *ledger.emitted.get(band)?;
+    let line = |v: &[f64]| v.get(band).copied().unwrap_or(0.0);
+    let gone = line(&ledger.absorbed) + line(&ledger.escaped) + line(&ledger.unexpanded);
+    (emitted != 0.0).then(|| (emitted - gone) / emitted)
+}
+
+fn grid(grid: &GridResult) -> Value {
+    let s = Statistics::of(grid);
+    let v = s.values.as_ref();
+    json!({
+        "name": grid.name,
+        "points": grid.sensors.len(),
+        "ok": s.ok,
+        "covered": s.covered,
+        "inside": s.inside,
+        "mean_lx": v.map(|v| v.mean_lx),
+        "min_lx": v.map(|v| v.min_lx),
+        "max_lx": v.map(|v| v.max_lx),
+        "uniformity_U0": v.and_then(Values::uniformity),
+        "median_error_lx": v.map(|v| v.median_error_lx),
+        "max_error_lx": v.map(|v| v.max_error_lx),
+        "holding": s.holding,
+        "holding_share": s.holding_share(),
+    })
+}
+
+fn view(result: &ViewResult) -> Value {
+    json!({
+        "name": result.view.name,
+        "width": result.view.width,
+        "height": result.view.height,
+        "error_median": result.error_median,
+        "error_p95": result.error_p95,
+    })
+}
