@@ -6,11 +6,7 @@ use std::process::Output;
 use assert_cmd::Command;
 
 fn clerestory(args: &[&str]) -> Output {
-    Command::cargo_bin("clerestory")
-        .expect("the program is built")
-        .args(args)
-        .output()
-        .expect("it runs")
+    Command::cargo_bin("clerestory").expect("the program is built").args(args).output().expect("it runs")
 }
 
 fn stderr(output: &Output) -> String {
@@ -36,10 +32,7 @@ fn refused(obj: &str, toml: &str, words: &[&str]) {
     let folder = tempfile::tempdir().expect("made");
     let path = scene(folder.path(), obj, toml);
     let out = folder.path().join("out").display().to_string();
-    for args in [
-        vec!["check", path.as_str()],
-        vec!["solve", path.as_str(), "-o", out.as_str()],
-    ] {
+    for args in [vec!["check", path.as_str()], vec!["solve", path.as_str(), "-o", out.as_str()]] {
         let output = clerestory(&args);
         let text = stderr(&output);
         assert_eq!(output.status.code(), Some(2), "{args:?}: {text}");
@@ -48,10 +41,7 @@ fn refused(obj: &str, toml: &str, words: &[&str]) {
         }
         assert!(output.stdout.is_empty(), "results only on standard output");
     }
-    assert!(
-        !Path::new(&out).exists(),
-        "nothing is written for a scene that cannot be read"
-    );
+    assert!(!Path::new(&out).exists(), "nothing is written for a scene that cannot be read");
 }
 
 #[test]
@@ -59,39 +49,22 @@ fn help_teaches_the_commands_and_exit_codes() {
     let output = clerestory(&["--help"]);
     let text = stdout(&output);
     assert!(output.status.success());
-    for word in [
-        "solve",
-        "check",
-        "schema",
-        "Exit codes:",
-        "clerestory solve room.toml",
-    ] {
+    for word in ["solve", "check", "schema", "Exit codes:", "clerestory solve room.toml"] {
         assert!(text.contains(word), "{word}");
     }
     let text = stdout(&clerestory(&["solve", "--help"]));
-    for word in [
-        "--tolerance",
-        "--method",
-        "path-tracing",
-        "--spectral",
-        "--threads",
-        "--seed",
-        "--json",
-        "--quiet",
-        "95 %",
-    ] {
+    for word in
+        ["--tolerance", "--method", "path-tracing", "--spectral", "--threads", "--seed", "--json", "--quiet", "95 %"]
+    {
         assert!(text.contains(word), "{word}");
     }
 }
 
 #[test]
 fn wrong_usage_is_exit_code_2() {
-    for args in [
-        &["solve"][..],
-        &["slove", "x"],
-        &["solve", "x", "--tolerance", "5"],
-        &["solve", "x", "--threads", "0"],
-    ] {
+    for args in
+        [&["solve"][..], &["slove", "x"], &["solve", "x", "--tolerance", "5"], &["solve", "x", "--threads", "0"]]
+    {
         assert_eq!(clerestory(args).status.code(), Some(2), "{args:?}");
     }
     assert!(stderr(&clerestory(&["solve", "x", "--tolerance", "5"])).contains("write 5% or 0.05"));
@@ -108,14 +81,7 @@ fn a_scene_that_is_not_there_is_named() {
 #[test]
 fn an_unknown_key_is_answered_with_the_nearest() {
     let toml = TOML.replace("reflectance", "reflectence");
-    refused(
-        OBJ,
-        &toml,
-        &[
-            "s.toml:6: unknown key `reflectence`",
-            "did you mean `reflectance`?",
-        ],
-    );
+    refused(OBJ, &toml, &["s.toml:6: unknown key `reflectence`", "did you mean `reflectance`?"]);
 }
 
 #[test]
@@ -123,35 +89,19 @@ fn an_impossible_reflectance_names_line_and_mend() {
     refused(
         OBJ,
         &TOML.replace("0.5", "1.07"),
-        &[
-            "s.toml:6: material \"wall\": reflectance 1.07 exceeds 1",
-            "mend:",
-            "percent",
-        ],
+        &["s.toml:6: material \"wall\": reflectance 1.07 exceeds 1", "mend:", "percent"],
     );
 }
 
 #[test]
 fn a_broken_obj_names_line_and_mend() {
-    refused(
-        &OBJ.replace("f 1 2 3 4", "f 1 2 3 9"),
-        TOML,
-        &["a.obj:7: vertex 9 is out of range", "mend:"],
-    );
-    refused(
-        &OBJ.replace("v 2 1 0", "v 2 nan 0"),
-        TOML,
-        &["a.obj:4: coordinate nan"],
-    );
+    refused(&OBJ.replace("f 1 2 3 4", "f 1 2 3 9"), TOML, &["a.obj:7: vertex 9 is out of range", "mend:"]);
+    refused(&OBJ.replace("v 2 1 0", "v 2 nan 0"), TOML, &["a.obj:4: coordinate nan"]);
 }
 
 #[test]
 fn a_sky_is_known_but_not_built() {
-    refused(
-        OBJ,
-        &format!("{TOML}[sky]\nmodel = \"cie-overcast\"\n"),
-        &["s.toml:8:", "not supported in this version"],
-    );
+    refused(OBJ, &format!("{TOML}[sky]\nmodel = \"cie-overcast\"\n"), &["s.toml:8:", "not supported in this version"]);
 }
 
 #[test]
@@ -160,25 +110,16 @@ fn check_tells_findings_in_words_and_in_json() {
     let path = scene(folder.path(), OBJ, TOML);
     let output = clerestory(&["check", &path]);
     assert!(output.status.success());
-    assert!(
-        stdout(&output).contains("warning: no light"),
-        "{}",
-        stdout(&output)
-    );
+    assert!(stdout(&output).contains("warning: no light"), "{}", stdout(&output));
     let json: serde_json::Value =
         serde_json::from_slice(&clerestory(&["check", &path, "--json"]).stdout).expect("JSON");
     assert_eq!(json["faces"], 1);
-    assert!(
-        json["findings"]
-            .as_array()
-            .is_some_and(|f| f.iter().any(|d| d["severity"] == "warning"))
-    );
+    assert!(json["findings"].as_array().is_some_and(|f| f.iter().any(|d| d["severity"] == "warning")));
 }
 
 #[test]
 fn the_schema_is_json_schema() {
-    let json: serde_json::Value =
-        serde_json::from_slice(&clerestory(&["schema"]).stdout).expect("JSON");
+    let json: serde_json::Value = serde_json::from_slice(&clerestory(&["schema"]).stdout).expect("JSON");
     assert_eq!(json["title"], "clerestory scene");
     assert!(json["properties"]["geometry"].is_object());
 }

@@ -44,10 +44,7 @@ fn illuminants_have_their_chromaticity_and_colour_temperature() {
         assert!((y - fields["y"]).abs() < limit, "{name} y {y}");
         if fields["Duv"].abs() < 0.02 {
             let ours = colour::cct([fields["x"], fields["y"]]).unwrap();
-            assert!(
-                (ours.kelvin - fields["CCT_K"]).abs() < 1.0,
-                "{name} {ours:?}"
-            );
+            assert!((ours.kelvin - fields["CCT_K"]).abs() < 1.0, "{name} {ours:?}");
             assert!((ours.duv - fields["Duv"]).abs() < 1e-5, "{name} {ours:?}");
             compared += 1;
         }

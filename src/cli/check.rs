@@ -13,24 +13,14 @@ use crate::scene::{self, Diagnostic, Scene, Severity};
 pub(super) fn run(args: &CheckArgs) -> Result<ExitCode> {
     let scene = scene::load(&args.scene)?;
     let found = scene::check(&scene);
-    print(&if args.json {
-        json(&scene, &found)
-    } else {
-        text(&scene, &found)
-    })?;
+    print(&if args.json { json(&scene, &found) } else { text(&scene, &found) })?;
     let bad = found.iter().any(|d| d.severity == Severity::Error);
-    Ok(if bad {
-        ExitCode::from(2)
-    } else {
-        ExitCode::SUCCESS
-    })
+    Ok(if bad { ExitCode::from(2) } else { ExitCode::SUCCESS })
 }
 
 fn json(scene: &Scene, found: &[Diagnostic]) -> String {
-    let findings: Vec<_> = found
-        .iter()
-        .map(|d| json!({ "severity": d.severity.name(), "what": d.what, "mend": d.mend }))
-        .collect();
+    let findings: Vec<_> =
+        found.iter().map(|d| json!({ "severity": d.severity.name(), "what": d.what, "mend": d.mend })).collect();
     let report = json!({
         "schema": 1,
         "title": scene.title,
@@ -61,11 +51,6 @@ fn text(scene: &Scene, found: &[Diagnostic]) -> String {
         }
     }
     let count = |s: Severity| found.iter().filter(|d| d.severity == s).count();
-    let _ = writeln!(
-        text,
-        "{} errors, {} warnings",
-        count(Severity::Error),
-        count(Severity::Warning)
-    );
+    let _ = writeln!(text, "{} errors, {} warnings", count(Severity::Error), count(Severity::Warning));
     text
 }

@@ -114,17 +114,12 @@ fn tolerance(text: &str) -> std::result::Result<f64, String> {
         Some(percent) => (percent.trim(), 0.01),
         None => (text.trim(), 1.0),
     };
-    let value: f64 = number
-        .parse()
-        .map_err(|_| "expected a share such as 5% or 0.05".to_owned())?;
+    let value: f64 = number.parse().map_err(|_| "expected a share such as 5% or 0.05".to_owned())?;
     let value = value * unit;
     if value > 0.0 && value < 1.0 {
         return Ok(value);
     }
-    Err(format!(
-        "{} % is not between 0 and 100 %: write 5% or 0.05",
-        100.0 * value
-    ))
+    Err(format!("{} % is not between 0 and 100 %: write 5% or 0.05", 100.0 * value))
 }
 
 /// Runs the program with the process's arguments.

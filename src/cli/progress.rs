@@ -24,29 +24,16 @@ struct Bar(Mutex<ProgressBar>);
 
 impl Bar {
     fn bar(&self) -> ProgressBar {
-        self.0
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .clone()
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 }
 
 impl Progress for Bar {
     fn stage(&self, name: &str, total: u64) {
-        let template = if total == 0 {
-            "{msg:<24} {elapsed}"
-        } else {
-            "{msg:<24} {wide_bar} {percent:>3} % {eta}"
-        };
-        let bar = if total == 0 {
-            ProgressBar::no_length()
-        } else {
-            ProgressBar::new(total)
-        };
+        let template = if total == 0 { "{msg:<24} {elapsed}" } else { "{msg:<24} {wide_bar} {percent:>3} % {eta}" };
+        let bar = if total == 0 { ProgressBar::no_length() } else { ProgressBar::new(total) };
         // The templates are constants; a wrong one would only cost the looks.
-        bar.set_style(
-            ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()),
-        );
+        bar.set_style(ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()));
         bar.set_message(name.to_owned());
         let mut current = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         current.finish_and_clear();

@@ -24,10 +24,8 @@ pub(super) fn run(args: &SolveArgs) -> Result<ExitCode> {
             .mend("add --method path-tracing, or leave --paths out"));
     }
     let start = Instant::now();
-    let threads = args.threads.map_or_else(
-        || std::thread::available_parallelism().map_or(1, usize::from),
-        |n| n as usize,
-    );
+    let threads =
+        args.threads.map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), |n| n as usize);
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .build()
@@ -36,8 +34,7 @@ pub(super) fn run(args: &SolveArgs) -> Result<ExitCode> {
     warn(args, &scene.warnings);
     let measurement = {
         let progress = progress::progress(args.quiet);
-        pool.install(|| measure::solve(&scene, &options(args), &*progress))
-            .map_err(|e| e.in_file(&args.scene))?
+        pool.install(|| measure::solve(&scene, &options(args), &*progress)).map_err(|e| e.in_file(&args.scene))?
     };
     warn(args, &measurement.record.warnings);
     let provenance = Provenance {
@@ -48,13 +45,9 @@ pub(super) fn run(args: &SolveArgs) -> Result<ExitCode> {
         wall_s: start.elapsed().as_secs_f64(),
     };
     let folder = folder(args);
-    let files = pool
-        .install(|| report::write_all(&folder, &scene, &measurement, args.spectral, &provenance))?;
+    let files = pool.install(|| report::write_all(&folder, &scene, &measurement, args.spectral, &provenance))?;
     if args.json {
-        print(&format!(
-            "{:#}\n",
-            report::run_json(&scene, &measurement, &provenance)
-        ))?;
+        print(&format!("{:#}\n", report::run_json(&scene, &measurement, &provenance)))?;
     } else {
         print(&summary(&scene, &measurement, &files, provenance.wall_s))?;
     }
@@ -84,22 +77,12 @@ fn warn(args: &SolveArgs, warnings: &[String]) {
 
 fn folder(args: &SolveArgs) -> PathBuf {
     let stem = || args.scene.file_stem().unwrap_or_else(|| "scene".as_ref());
-    args.out
-        .clone()
-        .unwrap_or_else(|| Path::new("out").join(stem()))
+    args.out.clone().unwrap_or_else(|| Path::new("out").join(stem()))
 }
 
 fn exit_code(m: &Measurement) -> ExitCode {
-    let held = m
-        .grids
-        .iter()
-        .map(GridLine::of)
-        .all(|line| line.ok == 0 || line.held() >= HOLDING);
-    if held {
-        ExitCode::SUCCESS
-    } else {
-        ExitCode::from(EXIT_NOT_HELD)
-    }
+    let held = m.grids.iter().map(GridLine::of).all(|line| line.ok == 0 || line.held() >= HOLDING);
+    if held { ExitCode::SUCCESS } else { ExitCode::from(EXIT_NOT_HELD) }
 }
 
 /// A grid in figures; lx.
@@ -114,11 +97,7 @@ struct GridLine {
 
 impl GridLine {
     fn of(grid: &GridResult) -> Self {
-        let ok: Vec<_> = grid
-            .sensors
-            .iter()
-            .filter(|s| s.status == Status::Ok)
-            .collect();
+        let ok: Vec<_> = grid.sensors.iter().filter(|s| s.status == Status::Ok).collect();
         let lux = || ok.iter().map(|s| s.xyz[1]);
         let mut errors: Vec<f64> = ok.iter().map(|s| s.error_lx).collect();
         errors.sort_by(f64::total_cmp);
@@ -154,18 +133,11 @@ fn summary(scene: &Scene, m: &Measurement, files: &[PathBuf], wall_s: f64) -> St
         );
     }
     for left in &m.record.left_out {
-        line(
-            &mut text,
-            &format!("left out: {}: {}", left.what, left.bound),
-        );
+        line(&mut text, &format!("left out: {}: {}", left.what, left.bound));
     }
     line(
         &mut text,
-        &format!(
-            "tolerance {} %, {}, {wall_s:.1} s; written:",
-            figure(100.0 * m.record.tolerance),
-            m.record.method
-        ),
+        &format!("tolerance {} %, {}, {wall_s:.1} s; written:", figure(100.0 * m.record.tolerance), m.record.method),
     );
     for file in files {
         line(&mut text, &format!("  {}", file.display()));
@@ -177,13 +149,7 @@ fn table(text: &mut String, m: &Measurement) {
     if m.grids.is_empty() {
         return;
     }
-    let width = m
-        .grids
-        .iter()
-        .map(|g| g.name.chars().count())
-        .max()
-        .unwrap_or(0)
-        .max(4);
+    let width = m.grids.iter().map(|g| g.name.chars().count()).max().unwrap_or(0).max(4);
     line(
         text,
         &format!(
@@ -194,13 +160,7 @@ fn table(text: &mut String, m: &Measurement) {
     for grid in &m.grids {
         let g = GridLine::of(grid);
         if g.ok == 0 {
-            line(
-                text,
-                &format!(
-                    "{:<width$} {:>7} every point is covered or inside a solid",
-                    grid.name, 0
-                ),
-            );
+            line(text, &format!("{:<width$} {:>7} every point is covered or inside a solid", grid.name, 0));
             continue;
         }
         let [mean, min, max, error] = [g.mean, g.min, g.max, g.median_error].map(figure);
@@ -267,40 +227,16 @@ mod tests {
             sensor(300.0, 1.0, Status::Ok),
             sensor(200.0, 2.0, Status::Ok),
         ];
-        let line = GridLine::of(&GridResult {
-            name: "g".to_owned(),
-            layout: GridLayout::Points,
-            sensors,
-            holding: 3,
-        });
+        let line = GridLine::of(&GridResult { name: "g".to_owned(), layout: GridLayout::Points, sensors, holding: 3 });
         assert_eq!(
-            (
-                line.ok,
-                line.mean,
-                line.min,
-                line.max,
-                line.median_error,
-                line.held()
-            ),
+            (line.ok, line.mean, line.min, line.max, line.median_error, line.held()),
             (3, 200.0, 100.0, 300.0, 2.0, 1.0)
         );
     }
 
     #[test]
     fn figures_have_four_digits() {
-        let shown = [
-            0.0,
-            1234.56,
-            12.3456,
-            0.012_345_6,
-            123_456.0,
-            1e12,
-            f64::NAN,
-        ]
-        .map(figure);
-        assert_eq!(
-            shown,
-            ["0", "1235", "12.35", "0.01235", "123456", "1.000e12", "NaN"]
-        );
+        let shown = [0.0, 1234.56, 12.3456, 0.012_345_6, 123_456.0, 1e12, f64::NAN].map(figure);
+        assert_eq!(shown, ["0", "1235", "12.35", "0.01235", "123456", "1.000e12", "NaN"]);
     }
 }

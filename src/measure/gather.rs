@@ -245,8 +245,7 @@ impl<'a> Gatherer<'a> {
         if let End::Element { main, twin } = end {
             let field = self.field;
             let other = field.twin.unwrap_or(field.main);
-            let (main, twin, twin_of) =
-                if twin == NO_ELEMENT { (main, main, field.main) } else { (main, twin, other) };
+            let (main, twin, twin_of) = if twin == NO_ELEMENT { (main, main, field.main) } else { (main, twin, other) };
             if plain && !field.spectral {
                 let values = field.main.xyz(main);
                 add(&mut sums.main_xyz, values);

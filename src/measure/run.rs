@@ -5,7 +5,7 @@ use std::time::Instant;
 use super::adaptive::{Adapted, SensorState, Task};
 use super::options::{Method, Progress, SolveOptions};
 use super::result::{
-    BandValue, GridResult, LeftOut, Ledger, Measurement, Record, SensorResult, Setting, Status, ViewResult,
+    BandValue, GridResult, Ledger, LeftOut, Measurement, Record, SensorResult, Setting, Status, ViewResult,
 };
 use super::{ledger, path_tracing, view};
 use crate::error::{Error, Result};
@@ -108,8 +108,7 @@ fn reading(task: &Task<'_>, sensor: &crate::scene::Sensor, s: &SensorState) -> S
         result.direct_lx = s.direct_y;
         result.reflected_lx = s.xyz[1] - s.direct_y;
         if task.options.spectral {
-            result.spectral =
-                s.bands.iter().map(|b| BandValue { irradiance: b.value, error: b.error }).collect();
+            result.spectral = s.bands.iter().map(|b| BandValue { irradiance: b.value, error: b.error }).collect();
         }
     }
     result

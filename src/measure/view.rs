@@ -275,8 +275,8 @@ impl Painter<'_> {
         let rho = optics.rho(material, sight.front);
         let emitted = world.group(sight.surface, sight.front).map(|g| &optics.exitance[g]);
         for band in 0..optics.pad {
-            let arriving: f32 = reflected[band]
-                + direct.iter().zip(&optics.exitance).map(|(f, m)| *f as f32 * m[band]).sum::<f32>();
+            let arriving: f32 =
+                reflected[band] + direct.iter().zip(&optics.exitance).map(|(f, m)| *f as f32 * m[band]).sum::<f32>();
             let leaving = rho[band] * arriving + emitted.map_or(0.0, |m| m[band]);
             let left = sight.tint.as_ref().map_or(1.0, |t| t[band]);
             out[band] += weight * left * leaving * std::f32::consts::FRAC_1_PI;
@@ -336,9 +336,9 @@ impl Painter<'_> {
     fn neighbours(&self, pixel: usize) -> impl Iterator<Item = usize> + '_ {
         let (w, h) = (self.camera.width as isize, self.camera.height as isize);
         let (x, y) = (pixel as isize % w, pixel as isize / w);
-        (-1..=1).flat_map(move |dy| (-1..=1).map(move |dx| (x + dx, y + dy))).filter_map(move |(x, y)| {
-            ((0..w).contains(&x) && (0..h).contains(&y)).then_some((y * w + x) as usize)
-        })
+        (-1..=1)
+            .flat_map(move |dy| (-1..=1).map(move |dx| (x + dx, y + dy)))
+            .filter_map(move |(x, y)| ((0..w).contains(&x) && (0..h).contains(&y)).then_some((y * w + x) as usize))
     }
 
     fn is_edge(&self, pixel: usize, base: &Base, y: &[f32]) -> bool {
@@ -367,9 +367,9 @@ impl Painter<'_> {
                 let same = |p: &usize| {
                     branch == 0
                         && sight.tint.is_none()
-                        && base.sights[*p].first().is_some_and(|s| {
-                            s.surface == sight.surface && s.front == sight.front && s.tint.is_none()
-                        })
+                        && base.sights[*p]
+                            .first()
+                            .is_some_and(|s| s.surface == sight.surface && s.front == sight.front && s.tint.is_none())
                 };
                 let near = std::iter::once(pixel).chain(self.neighbours(pixel)).find(same);
                 match near {
@@ -482,7 +482,15 @@ pub(super) fn trace(task: &Task<'_>, view: &View, number: usize, paths: u64) -> 
                 let mut values = Vec::with_capacity(samples);
                 for k in 0..samples {
                     let mut own = vec![0.0f32; optics.pad];
-                    pixel_sample(task, &camera, tracer, (pixel, k), seed(&[stream, pixel as u64, k as u64]), each, &mut own);
+                    pixel_sample(
+                        task,
+                        &camera,
+                        tracer,
+                        (pixel, k),
+                        seed(&[stream, pixel as u64, k as u64]),
+                        each,
+                        &mut own,
+                    );
                     values.push(own.iter().zip(&optics.xyz[1]).map(|(l, w)| f64::from(l * w)).sum::<f64>());
                     out.iter_mut().zip(&own).for_each(|(o, v)| *o += v / samples as f32);
                 }

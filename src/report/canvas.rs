@@ -49,11 +49,7 @@ pub(super) struct Canvas {
 
 impl Canvas {
     pub(super) fn new(width: usize, height: usize) -> Self {
-        Self {
-            width,
-            height,
-            pixels: vec![WHITE; width * height],
-        }
+        Self { width, height, pixels: vec![WHITE; width * height] }
     }
 
     pub(super) fn set(&mut self, x: usize, y: usize, colour: Colour) {
@@ -122,10 +118,6 @@ pub(super) fn mixed(under: Colour, over: Colour, cover: f64) -> Colour {
 
 /// Black or white, whichever reads better on a colour.
 pub(super) fn readable_on(colour: Colour) -> Colour {
-    let luma = [0.30, 0.59, 0.11]
-        .iter()
-        .zip(colour)
-        .map(|(k, v)| k * f64::from(v))
-        .sum::<f64>();
+    let luma = [0.30, 0.59, 0.11].iter().zip(colour).map(|(k, v)| k * f64::from(v)).sum::<f64>();
     if luma > 140.0 { [0; 3] } else { WHITE }
 }

@@ -7,8 +7,8 @@ use std::io::Cursor;
 
 use exr::meta::attribute::{AttributeValue, Chromaticities};
 use exr::prelude::{
-    AnyChannel, AnyChannels, Compression, Encoding, FlatSamples, Image, Layer, LayerAttributes,
-    LineOrder, SmallVec, Text, Vec2, WritableImage,
+    AnyChannel, AnyChannels, Compression, Encoding, FlatSamples, Image, Layer, LayerAttributes, LineOrder, SmallVec,
+    Text, Vec2, WritableImage,
 };
 
 use super::Provenance;
@@ -18,12 +18,7 @@ use crate::scene::Scene;
 use crate::spectrum::colour::{REC709, linear_srgb};
 
 /// The picture as the bytes of an EXR file.
-pub(super) fn encode(
-    scene: &Scene,
-    m: &Measurement,
-    result: &ViewResult,
-    provenance: &Provenance,
-) -> Result<Vec<u8>> {
+pub(super) fn encode(scene: &Scene, m: &Measurement, result: &ViewResult, provenance: &Provenance) -> Result<Vec<u8>> {
     let size = Vec2(result.view.width, result.view.height);
     let mut channels: SmallVec<[AnyChannel<FlatSamples>; 4]> = colour_channels(result).into();
     if is_spectral(m) {
@@ -42,28 +37,15 @@ pub(super) fn encode(
     );
     layer.attributes.layer_name = None;
     let mut image = Image::from_layer(layer);
-    let [r, g, b, w] = [REC709.red, REC709.green, REC709.blue, REC709.white]
-        .map(|[x, y]| Vec2(x as f32, y as f32));
-    image.attributes.chromaticities = Some(Chromaticities {
-        red: r,
-        green: g,
-        blue: b,
-        white: w,
-    });
+    let [r, g, b, w] = [REC709.red, REC709.green, REC709.blue, REC709.white].map(|[x, y]| Vec2(x as f32, y as f32));
+    image.attributes.chromaticities = Some(Chromaticities { red: r, green: g, blue: b, white: w });
     let mut bytes = Cursor::new(Vec::new());
-    image
-        .write()
-        .to_buffered(&mut bytes)
-        .map_err(|e| internal(result, &e.to_string()))?;
-    in_fixed_order(bytes.into_inner())
-        .ok_or_else(|| internal(result, "the header of the EXR file is not understood"))
+    image.write().to_buffered(&mut bytes).map_err(|e| internal(result, &e.to_string()))?;
+    in_fixed_order(bytes.into_inner()).ok_or_else(|| internal(result, "the header of the EXR file is not understood"))
 }
 
 fn internal(result: &ViewResult, what: &str) -> Error {
-    Error::new(
-        ErrorKind::Internal,
-        format!("view {:?}: {what}", result.view.name),
-    )
+    Error::new(ErrorKind::Internal, format!("view {:?}: {what}", result.view.name))
 }
 
 fn is_spectral(m: &Measurement) -> bool {
@@ -72,11 +54,7 @@ fn is_spectral(m: &Measurement) -> bool {
 
 /// R, G, B (linear sRGB) and Y, all in cd/m².
 fn colour_channels(result: &ViewResult) -> Vec<AnyChannel<FlatSamples>> {
-    let rgb: Vec<[f64; 3]> = result
-        .xyz
-        .iter()
-        .map(|xyz| linear_srgb(xyz.map(f64::from)))
-        .collect();
+    let rgb: Vec<[f64; 3]> = result.xyz.iter().map(|xyz| linear_srgb(xyz.map(f64::from))).collect();
     let mut channels: Vec<_> = ["R", "G", "B"]
         .iter()
         .enumerate()
@@ -102,10 +80,7 @@ fn spectral_channels(m: &Measurement, result: &ViewResult) -> Vec<AnyChannel<Fla
 
 /// `S0.550,000000nm`: the Stokes component and the wavelength with a decimal comma.
 fn channel_name(nm: f64) -> String {
-    format!("S0.{nm:.6}nm")
-        .replacen("S0.", "S0;", 1)
-        .replace('.', ",")
-        .replace("S0;", "S0.")
+    format!("S0.{nm:.6}nm").replacen("S0.", "S0;", 1).replace('.', ",").replace("S0;", "S0.")
 }
 
 fn channel(name: &str, values: Vec<f32>) -> AnyChannel<FlatSamples> {
@@ -121,9 +96,7 @@ fn attributes(scene: &Scene, m: &Measurement, provenance: &Provenance) -> LayerA
     };
     let mut set = |name: &str, value: String| {
         if let Some(text) = Text::new_or_none(&value) {
-            attributes
-                .other
-                .insert(Text::from(name), AttributeValue::Text(text));
+            attributes.other.insert(Text::from(name), AttributeValue::Text(text));
         }
     };
     set("clerestory:title", scene.title.clone());
@@ -134,10 +107,7 @@ fn attributes(scene: &Scene, m: &Measurement, provenance: &Provenance) -> LayerA
     if is_spectral(m) {
         set("spectralLayoutVersion", "1.0".into());
         set("emissiveUnits", "W.m^-2.sr^-1".into());
-        set(
-            "clerestory:spectralUnits",
-            "W.m^-2.sr^-1.nm^-1, average over the band".into(),
-        );
+        set("clerestory:spectralUnits", "W.m^-2.sr^-1.nm^-1, average over the band".into());
         let edges = m.bands.limits_nm().iter();
         let edges: Vec<String> = edges.map(|(lo, hi)| format!("{lo}-{hi}")).collect();
         set("clerestory:bandEdges_nm", edges.join(" "));

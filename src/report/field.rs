@@ -46,17 +46,8 @@ pub(super) struct Field {
 
 impl Field {
     pub(super) fn new(grid: &GridResult) -> Result<Self> {
-        let wrong =
-            |what: &str| Error::new(ErrorKind::Internal, format!("grid {:?}: {what}", grid.name));
-        let GridLayout::Raster {
-            origin,
-            u,
-            v,
-            nu,
-            nv,
-            index,
-        } = &grid.layout
-        else {
+        let wrong = |what: &str| Error::new(ErrorKind::Internal, format!("grid {:?}: {what}", grid.name));
+        let GridLayout::Raster { origin, u, v, nu, nv, index } = &grid.layout else {
             return Err(wrong("its points lie in no raster"));
         };
         if index.len() != nu * nv || index.is_empty() {
@@ -66,10 +57,7 @@ impl Field {
             let Some(i) = *i else {
                 return Ok(Cell::Empty);
             };
-            let s = grid
-                .sensors
-                .get(i)
-                .ok_or_else(|| wrong("its raster points to a sensor that is not there"))?;
+            let s = grid.sensors.get(i).ok_or_else(|| wrong("its raster points to a sensor that is not there"))?;
             Ok(match s.status {
                 Status::Ok if !s.xyz[1].is_finite() => {
                     return Err(wrong(&format!("point {i} is not finite")));
@@ -79,15 +67,7 @@ impl Field {
             })
         };
         let cells: Vec<Cell> = index.iter().map(cell).collect::<Result<_>>()?;
-        Ok(Self {
-            origin: *origin,
-            u: *u,
-            v: *v,
-            nu: *nu,
-            nv: *nv,
-            continued: continued(&cells, *nu, *nv),
-            cells,
-        })
+        Ok(Self { origin: *origin, u: *u, v: *v, nu: *nu, nv: *nv, continued: continued(&cells, *nu, *nv), cells })
     }
 
     /// Width and height in pixels, in proportion to the sides unless one is very short.
@@ -99,10 +79,7 @@ impl Field {
     }
 
     pub(super) fn axes(&self, axes: Axes) -> [Axis; 2] {
-        [
-            Axis::new(axes, self.origin, self.u, "along u"),
-            Axis::new(axes, self.origin, self.v, "along v"),
-        ]
+        [Axis::new(axes, self.origin, self.u, "along u"), Axis::new(axes, self.origin, self.v, "along v")]
     }
 
     /// Place in cells: (0, 0) is the middle of the cell at the origin, v points up.
@@ -164,11 +141,7 @@ fn continued(cells: &[Cell], nu: usize, nv: usize) -> Vec<Option<f64>> {
 
 /// Fills each empty cell with the mean, over the full cells beside it, of what `guess` makes of that cell and
 /// the one behind it.
-fn with_neighbours(
-    values: &[Option<f64>],
-    width: usize,
-    guess: impl Fn(f64, Option<f64>) -> f64,
-) -> Vec<Option<f64>> {
+fn with_neighbours(values: &[Option<f64>], width: usize, guess: impl Fn(f64, Option<f64>) -> f64) -> Vec<Option<f64>> {
     let (width, height) = (width as i64, (values.len() / width) as i64);
     let at = |i: i64, j: i64| {
         let inside = (0..width).contains(&i) && (0..height).contains(&j);
@@ -176,13 +149,10 @@ fn with_neighbours(
     };
     let fill = |i: i64, j: i64| {
         let ways = [(1, 0), (-1, 0), (0, 1), (0, -1)];
-        let guesses = ways
-            .into_iter()
-            .filter_map(|(di, dj)| Some(guess(at(i + di, j + dj)?, at(i + 2 * di, j + 2 * dj))));
+        let guesses =
+            ways.into_iter().filter_map(|(di, dj)| Some(guess(at(i + di, j + dj)?, at(i + 2 * di, j + 2 * dj))));
         let (sum, count) = guesses.fold((0.0, 0.0), |(s, n), v| (s + v, n + 1.0));
         (count > 0.0).then(|| sum / count)
     };
-    (0..values.len() as i64)
-        .map(|k| values[k as usize].or_else(|| fill(k % width, k / width)))
-        .collect()
+    (0..values.len() as i64).map(|k| values[k as usize].or_else(|| fill(k % width, k / width))).collect()
 }

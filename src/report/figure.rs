@@ -39,20 +39,11 @@ const HATCHED_NOTE: &str = "covered, or inside a solid";
 impl Figure {
     pub(super) fn new(c: &Contents<'_>) -> Self {
         let (line, title_line) = (Font::Body.height() + 6, Font::Title.height() + 6);
-        let subtitle = if c.subtitle == c.title {
-            ""
-        } else {
-            c.subtitle
-        };
+        let subtitle = if c.subtitle == c.title { "" } else { c.subtitle };
         let head = title_line + if subtitle.is_empty() { 0 } else { line };
         let (left_axis, bottom_axis) = axis_room(c);
         let unit_room = Font::Body.height() + GAP;
-        let plot = Rect {
-            left: BORDER + left_axis,
-            top: BORDER + head + unit_room,
-            width: c.plot.0,
-            height: c.plot.1,
-        };
+        let plot = Rect { left: BORDER + left_axis, top: BORDER + head + unit_room, width: c.plot.0, height: c.plot.1 };
         let bar_left = plot.right() + 2 * GAP + GAP;
         let bar_height = plot.height.max(LEAST_BAR);
         let notes = c.notes.iter().map(|n| Font::Body.width(n)).max();
@@ -63,12 +54,7 @@ impl Figure {
         // Short notes go beside a bar that is taller than the plot.
         let under_bar = notes_right + GAP > bar_left;
         let plot_bottom = plot.bottom() + bottom_axis;
-        let notes_top = GAP
-            + if under_bar {
-                plot_bottom.max(bar_bottom)
-            } else {
-                plot_bottom
-            };
+        let notes_top = GAP + if under_bar { plot_bottom.max(bar_bottom) } else { plot_bottom };
         let lines = c.notes.len() + usize::from(c.hatched);
         let height = (notes_top + lines * line).max(bar_bottom) + BORDER;
         let mut canvas = Canvas::new(width, height);
@@ -77,13 +63,7 @@ impl Figure {
         canvas.text(BORDER, BORDER, &title, Font::Title, INK);
         let subtitle = Font::Body.fit(subtitle, room);
         canvas.text(BORDER, BORDER + title_line, &subtitle, Font::Body, LINE);
-        legend::draw(
-            &mut canvas,
-            c.scale,
-            c.unit,
-            (bar_left, plot.top),
-            bar_height,
-        );
+        legend::draw(&mut canvas, c.scale, c.unit, (bar_left, plot.top), bar_height);
         for (i, note) in c.notes.iter().enumerate() {
             canvas.text(BORDER, notes_top + i * line, note, Font::Body, INK);
         }
@@ -100,12 +80,7 @@ impl Figure {
 
 fn draw_hatched_note(canvas: &mut Canvas, top: usize) {
     let side = Font::Body.height() - 4;
-    let sample = Rect {
-        left: BORDER,
-        top: top + 2,
-        width: side,
-        height: side,
-    };
+    let sample = Rect { left: BORDER, top: top + 2, width: side, height: side };
     for y in 0..side {
         for x in 0..side {
             canvas.set(sample.left + x, sample.top + y, hatch(x, y));
@@ -136,18 +111,8 @@ impl Axis {
         let length = side.length();
         let along = (0..3).find(|&c| side[c].abs() > (1.0 - 1e-9) * length);
         match along {
-            Some(c) => Self {
-                name: ["x", "y", "z"][c],
-                start: origin[c],
-                sign: side[c].signum(),
-                length,
-            },
-            None => Self {
-                name: elsewhere,
-                start: 0.0,
-                sign: 1.0,
-                length,
-            },
+            Some(c) => Self { name: ["x", "y", "z"][c], start: origin[c], sign: side[c].signum(), length },
+            None => Self { name: elsewhere, start: 0.0, sign: 1.0, length },
         }
     }
 
@@ -196,10 +161,7 @@ fn axis_room(c: &Contents<'_>) -> (usize, usize) {
     let labels = v.ticks(c.plot.1);
     let widest = labels.iter().map(|t| Font::Body.width(&t.1)).max();
     let line = Font::Body.height();
-    (
-        line + GAP + widest.unwrap_or(0) + 2 * TICK,
-        2 * line + 2 * TICK + GAP,
-    )
+    (line + GAP + widest.unwrap_or(0) + 2 * TICK, 2 * line + 2 * TICK + GAP)
 }
 
 fn draw_u_axis(canvas: &mut Canvas, plot: Rect, axis: &Axis) {
@@ -250,12 +212,7 @@ mod tests {
 
     #[test]
     fn ticks_are_round_and_inside() {
-        let a = Axis {
-            name: "x",
-            start: 0.25,
-            sign: 1.0,
-            length: 3.5,
-        };
+        let a = Axis { name: "x", start: 0.25, sign: 1.0, length: 3.5 };
         let ticks = a.ticks(700);
         assert_eq!(ticks[0], (50, "0.5".into()));
         assert!(ticks.iter().all(|t| t.0 <= 700));

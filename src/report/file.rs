@@ -55,20 +55,10 @@ fn safe(name: &str) -> String {
     let kept: String = name
         .chars()
         .take(LONGEST)
-        .map(|c| {
-            if c.is_alphanumeric() || matches!(c, '-' | '_' | '.') {
-                c
-            } else {
-                '_'
-            }
-        })
+        .map(|c| if c.is_alphanumeric() || matches!(c, '-' | '_' | '.') { c } else { '_' })
         .collect();
     let trimmed = kept.trim_matches('.');
-    if trimmed.is_empty() {
-        "unnamed".into()
-    } else {
-        trimmed.into()
-    }
+    if trimmed.is_empty() { "unnamed".into() } else { trimmed.into() }
 }
 
 #[cfg(test)]

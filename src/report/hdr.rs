@@ -15,11 +15,7 @@ const WHITE_EFFICACY: f64 = 179.0;
 const RLE_WIDTHS: std::ops::RangeInclusive<usize> = 8..=0x7fff;
 
 /// The picture as the bytes of an HDR file.
-pub(super) fn encode(
-    scene: &Scene,
-    result: &ViewResult,
-    provenance: &Provenance,
-) -> Result<Vec<u8>> {
+pub(super) fn encode(scene: &Scene, result: &ViewResult, provenance: &Provenance) -> Result<Vec<u8>> {
     let to_rgb = RADIANCE.rgb_from_xyz();
     let mut clamped = 0_usize;
     let pixels: Vec<[u8; 4]> = result
@@ -39,34 +35,21 @@ pub(super) fn encode(
 }
 
 fn header(scene: &Scene, view: &View, provenance: &Provenance, clamped: usize) -> String {
-    let mut lines = vec![
-        "#?RADIANCE".to_owned(),
-        format!("SOFTWARE= clerestory {}", provenance.version),
-    ];
+    let mut lines = vec!["#?RADIANCE".to_owned(), format!("SOFTWARE= clerestory {}", provenance.version)];
     if clamped > 0 {
-        lines.push(format!(
-            "# {clamped} negative channel values were set to zero"
-        ));
+        lines.push(format!("# {clamped} negative channel values were set to zero"));
     }
     lines.push(view_line(scene, view));
     lines.push("PRIMARIES= 0.6400 0.3300 0.2900 0.6000 0.1500 0.0600 0.3333 0.3333".to_owned());
     lines.push("EXPOSURE=1.0".to_owned());
     lines.push("FORMAT=32-bit_rle_rgbe".to_owned());
-    format!(
-        "{}\n\n-Y {} +X {}\n",
-        lines.join("\n"),
-        view.height,
-        view.width
-    )
+    format!("{}\n\n-Y {} +X {}\n", lines.join("\n"), view.height, view.width)
 }
 
 /// The view in the user's axes. Radiance knows no equirectangular view: a panorama says so in a comment.
 fn view_line(scene: &Scene, view: &View) -> String {
     let (kind, h, v) = match view.projection {
-        Projection::Perspective {
-            horizontal,
-            vertical,
-        } => ("v", horizontal, vertical),
+        Projection::Perspective { horizontal, vertical } => ("v", horizontal, vertical),
         Projection::Fisheye { angle } => ("a", angle, angle),
         Projection::Panorama => {
             return "# equirectangular panorama, 360 by 180 degrees: no VIEW can say this".into();
@@ -143,11 +126,7 @@ fn write_runs(bytes: &mut Vec<u8>, values: &[u8]) {
 }
 
 fn run_length(values: &[u8]) -> usize {
-    values
-        .iter()
-        .take(LONGEST_RUN)
-        .take_while(|&&v| v == values[0])
-        .count()
+    values.iter().take(LONGEST_RUN).take_while(|&&v| v == values[0]).count()
 }
 
 fn write_stretch(bytes: &mut Vec<u8>, values: &[u8]) {
@@ -172,8 +151,7 @@ pub(super) mod tests {
         let size = String::from_utf8(rest[..line_end].to_vec()).unwrap();
         let words: Vec<&str> = size.split(' ').collect();
         assert_eq!((words[0], words[2]), ("-Y", "+X"));
-        let (height, width): (usize, usize) =
-            (words[1].parse().unwrap(), words[3].parse().unwrap());
+        let (height, width): (usize, usize) = (words[1].parse().unwrap(), words[3].parse().unwrap());
         let mut data = rest[line_end + 1..].iter().copied();
         let mut pixels = Vec::new();
         for _ in 0..height {
@@ -208,13 +186,7 @@ pub(super) mod tests {
         (0..width)
             .map(|i| {
                 let scale = 2f64.powi(i32::from(planes[3][i]) - 136);
-                std::array::from_fn(|c| {
-                    if planes[3][i] == 0 {
-                        0.0
-                    } else {
-                        (f64::from(planes[c][i]) + 0.5) * scale
-                    }
-                })
+                std::array::from_fn(|c| if planes[3][i] == 0 { 0.0 } else { (f64::from(planes[c][i]) + 0.5) * scale })
             })
             .collect()
     }

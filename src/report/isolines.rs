@@ -48,11 +48,7 @@ impl Pixels {
                 value.push(field.interpolated(a, b).unwrap_or(f64::NAN));
             }
         }
-        Self {
-            width,
-            height,
-            value,
-        }
+        Self { width, height, value }
     }
 
     pub(super) fn at(&self, x: usize, y: usize) -> Option<f64> {
@@ -73,10 +69,7 @@ impl Pixels {
             value,
             x: 0.5 * (right - left),
             y: 0.5 * (below - above),
-            range: (
-                around.into_iter().fold(value, f64::min),
-                around.into_iter().fold(value, f64::max),
-            ),
+            range: (around.into_iter().fold(value, f64::min), around.into_iter().fold(value, f64::max)),
         };
         (slope.steepness() > 1e-9 * slope.value.abs()).then_some(slope)
     }
@@ -128,13 +121,7 @@ struct Candidate {
 const SHORT_LINE: usize = 60;
 const LONG_LINE: usize = 700;
 
-fn draw_labels(
-    canvas: &mut Canvas,
-    plot: Rect,
-    map: &Pixels,
-    scale: &Scale,
-    on_line: &[Vec<Candidate>],
-) {
+fn draw_labels(canvas: &mut Canvas, plot: Rect, map: &Pixels, scale: &Scale, on_line: &[Vec<Candidate>]) {
     let mut placed: Vec<Rect> = Vec::new();
     for (level, line) in scale.ticks.iter().zip(on_line) {
         let wanted = usize::from(line.len() > SHORT_LINE) + usize::from(line.len() > LONG_LINE);
@@ -155,37 +142,20 @@ fn draw_labels(
 const RIM: usize = 3;
 
 /// The rectangle, in the plot, in which a label stands best; nothing where there is no room.
-fn best_spot(
-    map: &Pixels,
-    line: &[Candidate],
-    text: &str,
-    placed: &[Rect],
-    own: &[Rect],
-) -> Option<Rect> {
-    let (width, height) = (
-        Font::Label.width(text) + 2 * RIM,
-        Font::Label.height() + RIM,
-    );
+fn best_spot(map: &Pixels, line: &[Candidate], text: &str, placed: &[Rect], own: &[Rect]) -> Option<Rect> {
+    let (width, height) = (Font::Label.width(text) + 2 * RIM, Font::Label.height() + RIM);
     let diagonal = (map.width as f64).hypot(map.height as f64);
     let mut best: Option<(f64, Rect)> = None;
     for &Candidate { x, y, across } in line.iter().step_by(3) {
         let (Some(left), Some(top)) = (x.checked_sub(width / 2), y.checked_sub(height / 2)) else {
             continue;
         };
-        let spot = Rect {
-            left,
-            top,
-            width,
-            height,
-        };
+        let spot = Rect { left, top, width, height };
         if placed.iter().any(|p| p.near(&spot, GAP)) || !is_lit(map, &spot) {
             continue;
         }
         let apart = placed.iter().map(|p| distance(p, &spot));
-        let from_own = own
-            .iter()
-            .map(|p| distance(p, &spot))
-            .fold(diagonal, f64::min);
+        let from_own = own.iter().map(|p| distance(p, &spot)).fold(diagonal, f64::min);
         if !own.is_empty() && from_own < 0.35 * diagonal {
             continue;
         }
@@ -199,12 +169,7 @@ fn best_spot(
 }
 
 fn distance(a: &Rect, b: &Rect) -> f64 {
-    let middle = |r: &Rect| {
-        (
-            r.left as f64 + 0.5 * r.width as f64,
-            r.top as f64 + 0.5 * r.height as f64,
-        )
-    };
+    let middle = |r: &Rect| (r.left as f64 + 0.5 * r.width as f64, r.top as f64 + 0.5 * r.height as f64);
     let ((ax, ay), (bx, by)) = (middle(a), middle(b));
     (ax - bx).hypot(ay - by)
 }
@@ -212,32 +177,16 @@ fn distance(a: &Rect, b: &Rect) -> f64 {
 /// Does the rectangle, with a little air, lie in the lit part of the plot?
 fn is_lit(map: &Pixels, r: &Rect) -> bool {
     let air = 4;
-    if r.left < air || r.top < air || r.right() + air >= map.width || r.bottom() + air >= map.height
-    {
+    if r.left < air || r.top < air || r.right() + air >= map.width || r.bottom() + air >= map.height {
         return false;
     }
     let (w, h) = (r.width + 2 * air, r.height + 2 * air);
-    (0..=8).all(|i| {
-        (0..=3).all(|j| {
-            map.at(r.left - air + i * w / 8, r.top - air + j * h / 3)
-                .is_some()
-        })
-    })
+    (0..=8).all(|i| (0..=3).all(|j| map.at(r.left - air + i * w / 8, r.top - air + j * h / 3).is_some()))
 }
 
 fn draw_label(canvas: &mut Canvas, plot: Rect, spot: Rect, text: &str, colour: Colour) {
     let ink = readable_on(colour);
-    let on_canvas = Rect {
-        left: plot.left + spot.left,
-        top: plot.top + spot.top,
-        ..spot
-    };
+    let on_canvas = Rect { left: plot.left + spot.left, top: plot.top + spot.top, ..spot };
     canvas.fill(on_canvas, colour, 0.85);
-    canvas.text(
-        on_canvas.left + RIM,
-        on_canvas.top + RIM / 2,
-        text,
-        Font::Label,
-        ink,
-    );
+    canvas.text(on_canvas.left + RIM, on_canvas.top + RIM / 2, text, Font::Label, ink);
 }

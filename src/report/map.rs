@@ -50,9 +50,7 @@ fn grid_notes(grid: &GridResult) -> Vec<String> {
     let Some(v) = Statistics::of(grid).values else {
         return vec!["no point of this grid can be lit".into()];
     };
-    let uniformity = v
-        .uniformity()
-        .map_or(String::new(), |u| format!("   U0 {}", three_digits(u)));
+    let uniformity = v.uniformity().map_or(String::new(), |u| format!("   U0 {}", three_digits(u)));
     vec![
         format!(
             "mean {} lx   min {} lx   max {} lx{uniformity}",
@@ -60,10 +58,7 @@ fn grid_notes(grid: &GridResult) -> Vec<String> {
             three_digits(v.min_lx),
             three_digits(v.max_lx)
         ),
-        format!(
-            "median error ±{} lx (95 %)",
-            three_digits(v.median_error_lx)
-        ),
+        format!("median error ±{} lx (95 %)", three_digits(v.median_error_lx)),
     ]
 }
 

@@ -79,23 +79,14 @@ pub fn write_all(
     for result in &m.views {
         check_view(result, m.bands.len())?;
         let stem = names.claim(&result.view.name, &["", LUMINANCE]);
-        write(
-            &format!("{stem}.exr"),
-            exr::encode(scene, m, result, provenance)?,
-        )?;
-        write(
-            &format!("{stem}.hdr"),
-            hdr::encode(scene, result, provenance)?,
-        )?;
+        write(&format!("{stem}.exr"), exr::encode(scene, m, result, provenance)?)?;
+        write(&format!("{stem}.hdr"), hdr::encode(scene, result, provenance)?)?;
         write(&format!("{stem}.png"), png::tone_mapped(result)?)?;
-        write(
-            &format!("{stem}{LUMINANCE}.png"),
-            map::luminance(scene, result)?,
-        )?;
+        write(&format!("{stem}{LUMINANCE}.png"), map::luminance(scene, result)?)?;
     }
     let record = run_json(scene, m, provenance);
-    let mut text = serde_json::to_string_pretty(&record)
-        .map_err(|e| Error::new(ErrorKind::Internal, format!("run.json: {e}")))?;
+    let mut text =
+        serde_json::to_string_pretty(&record).map_err(|e| Error::new(ErrorKind::Internal, format!("run.json: {e}")))?;
     text.push('\n');
     write("run.json", text.into_bytes())?;
     Ok(files)
@@ -115,10 +106,7 @@ fn check_ledger(ledger: &Ledger) -> Result<()> {
     ];
     for (name, line) in lines {
         if let Some(band) = line.iter().position(|v| !v.is_finite()) {
-            return Err(Error::new(
-                ErrorKind::Internal,
-                format!("the {name} flux in band {band} is {}", line[band]),
-            ));
+            return Err(Error::new(ErrorKind::Internal, format!("the {name} flux in band {band} is {}", line[band])));
         }
     }
     Ok(())
@@ -128,12 +116,7 @@ fn check_ledger(ledger: &Ledger) -> Result<()> {
 fn check_view(result: &ViewResult, bands: usize) -> Result<()> {
     let view = &result.view;
     let pixels = view.width * view.height;
-    let wrong = |what: String| {
-        Err(Error::new(
-            ErrorKind::Internal,
-            format!("view {:?}: {what}", view.name),
-        ))
-    };
+    let wrong = |what: String| Err(Error::new(ErrorKind::Internal, format!("view {:?}: {what}", view.name)));
     if pixels == 0 || result.xyz.len() != pixels || result.radiance.len() != pixels * bands {
         return wrong(format!(
             "{} × {} pixels in {bands} bands came with {} colours and {} radiances",
@@ -148,11 +131,7 @@ fn check_view(result: &ViewResult, bands: usize) -> Result<()> {
         !result.xyz[i].iter().chain(radiance).all(|v| v.is_finite())
     });
     match broken {
-        Some(i) => wrong(format!(
-            "pixel ({}, {}) is not finite",
-            i % view.width,
-            i / view.width
-        )),
+        Some(i) => wrong(format!("pixel ({}, {}) is not finite", i % view.width, i / view.width)),
         None => Ok(()),
     }
 }

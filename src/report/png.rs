@@ -9,10 +9,8 @@ use crate::spectrum::colour::{linear_srgb, srgb_encode};
 
 /// Eight bits per channel, sRGB.
 pub(super) fn encode(width: usize, height: usize, rgb: &[u8]) -> Result<Vec<u8>> {
-    let side = |v: usize| {
-        u32::try_from(v)
-            .map_err(|_| Error::unsupported(format!("a picture of {width} × {height} pixels")))
-    };
+    let side =
+        |v: usize| u32::try_from(v).map_err(|_| Error::unsupported(format!("a picture of {width} × {height} pixels")));
     let mut bytes = Vec::new();
     PngEncoder::new_with_quality(&mut bytes, CompressionType::Default, FilterType::Adaptive)
         .write_image(rgb, side(width)?, side(height)?, ExtendedColorType::Rgb8)
@@ -62,10 +60,7 @@ impl Exposure {
         let brightest = surfaces(mean).fold(0.0, f64::max);
         // The operator takes 0.22 to the grey.
         let gain = MID_GREY / (1.0 - MID_GREY) / mean;
-        Self {
-            gain,
-            white: (gain * brightest).max(LEAST_WHITE),
-        }
+        Self { gain, white: (gain * brightest).max(LEAST_WHITE) }
     }
 
     fn develop(&self, xyz: [f64; 3]) -> [u8; 3] {
@@ -97,11 +92,7 @@ fn in_gamut(rgb: [f64; 3], grey: f64) -> [f64; 3] {
 /// Logarithmic mean; 1 of nothing.
 fn log_mean(values: impl Iterator<Item = f64>) -> f64 {
     let (sum, count) = values.fold((0.0, 0_u32), |(s, n), v| (s + v.ln(), n + 1));
-    if count == 0 {
-        1.0
-    } else {
-        (sum / f64::from(count)).exp()
-    }
+    if count == 0 { 1.0 } else { (sum / f64::from(count)).exp() }
 }
 
 #[cfg(test)]

@@ -50,11 +50,7 @@ fn object<'a>(pairs: impl Iterator<Item = (&'a String, Value)>) -> Value {
 /// The balance of energy of each band: W per nm, summed line by line; `closure` is what is missing.
 fn bands(m: &Measurement) -> Vec<Value> {
     let ledger = &m.ledger;
-    let kind = if m.bands.is_spectral() {
-        "range"
-    } else {
-        "nominal"
-    };
+    let kind = if m.bands.is_spectral() { "range" } else { "nominal" };
     m.bands
         .limits_nm()
         .iter()

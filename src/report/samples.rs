@@ -3,8 +3,7 @@
 use glam::DVec3;
 
 use crate::measure::{
-    BandValue, GridResult, Ledger, LeftOut, Measurement, Record, SensorResult, Setting, Status,
-    ViewResult,
+    BandValue, GridResult, Ledger, LeftOut, Measurement, Record, SensorResult, Setting, Status, ViewResult,
 };
 use crate::scene::{Axes, GridLayout, InputFile, Projection, Scene, View};
 use crate::spectrum::{BandMode, Bands, SpectralValue, illuminant};
@@ -19,10 +18,7 @@ pub(super) fn scene() -> Scene {
         grids: Vec::new(),
         views: Vec::new(),
         axes: Axes::ZUp,
-        inputs: vec![InputFile {
-            path: "office.obj".into(),
-            sha256: "00ff".into(),
-        }],
+        inputs: vec![InputFile { path: "office.obj".into(), sha256: "00ff".into() }],
         warnings: vec!["the scene says so".into()],
     }
 }
@@ -82,13 +78,7 @@ fn sensor(x: f64, y: f64, status: Status, area_m2: f64) -> SensorResult {
         sky_lx: 0.25 * lx,
         external_lx: 0.0,
         reflected_lx: 0.25 * lx,
-        spectral: vec![
-            BandValue {
-                irradiance: 1e-3 * lx,
-                error: 1e-5 * lx,
-            };
-            3
-        ],
+        spectral: vec![BandValue { irradiance: 1e-3 * lx, error: 1e-5 * lx }; 3],
     }
 }
 
@@ -102,11 +92,7 @@ pub(super) fn view(name: &str, width: usize, height: usize, bands: usize) -> Vie
             let lamp = (0.4..0.6).contains(&a) && (0.08..0.14).contains(&b);
             let wall = 20.0 + 120.0 * (-8.0 * (a - 0.5).powi(2) - 3.0 * b).exp();
             let level = if lamp { 6000.0 } else { wall };
-            let tint = if a < 0.2 && !lamp {
-                [1.25, 1.0, 0.4]
-            } else {
-                [0.9505, 1.0, 1.089]
-            };
+            let tint = if a < 0.2 && !lamp { [1.25, 1.0, 0.4] } else { [0.9505, 1.0, 1.089] };
             xyz.push(tint.map(|t: f64| (t * level) as f32));
             radiance.extend((0..bands).map(|k| (level * (1.0 + k as f64) / 700.0) as f32));
         }
@@ -117,10 +103,7 @@ pub(super) fn view(name: &str, width: usize, height: usize, bands: usize) -> Vie
             position: DVec3::new(1.0, 2.0, 1.5),
             direction: DVec3::Y,
             up: DVec3::Z,
-            projection: Projection::Perspective {
-                horizontal: 60f64.to_radians(),
-                vertical: 45f64.to_radians(),
-            },
+            projection: Projection::Perspective { horizontal: 60f64.to_radians(), vertical: 45f64.to_radians() },
             width,
             height,
         },
@@ -151,15 +134,8 @@ pub(super) fn measurement(mode: &BandMode) -> Measurement {
             method: "gathering".into(),
             seed: 7,
             tolerance: 0.05,
-            settings: vec![Setting {
-                name: "bands".into(),
-                value: n.to_string(),
-                why: note,
-            }],
-            left_out: vec![LeftOut {
-                what: "fluorescence".into(),
-                bound: "unknown".into(),
-            }],
+            settings: vec![Setting { name: "bands".into(), value: n.to_string(), why: note }],
+            left_out: vec![LeftOut { what: "fluorescence".into(), bound: "unknown".into() }],
             counts: vec![("rays".into(), 123_456)],
             timings_s: vec![("solve".into(), 0.5)],
             warnings: vec!["the run says so".into()],

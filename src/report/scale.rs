@@ -52,22 +52,12 @@ impl Scale {
     fn linear(min: f64, max: f64, gradient: Gradient) -> Self {
         let (min, max) = if max > 0.0 { (min, max) } else { (0.0, 1.0) };
         // An even field is shown from zero, lest its noise look like a pattern.
-        let from = if min > 0.5 * max && max - min > 0.05 * max {
-            min
-        } else {
-            0.0
-        };
+        let from = if min > 0.5 * max && max - min > 0.05 * max { min } else { 0.0 };
         let step = round_step((max - from) / STEPS);
         let (first, last) = ((from / step).floor(), (max / step - 1e-9).ceil());
         let count = (last - first).max(1.0) as usize;
         let ticks: Vec<f64> = (0..=count).map(|i| (first + i as f64) * step).collect();
-        Self {
-            lo: ticks[0],
-            hi: ticks[count],
-            ticks,
-            spacing: Spacing::Linear,
-            gradient,
-        }
+        Self { lo: ticks[0], hi: ticks[count], ticks, spacing: Spacing::Linear, gradient }
     }
 
     fn logarithmic(low: f64, max: f64, gradient: Gradient) -> Self {
@@ -82,13 +72,7 @@ impl Scale {
             .flat_map(|k| digits.iter().map(move |d| decimal(*d, k)))
             .filter(|v| *v >= lo * 0.999 && *v <= hi * 1.001)
             .collect();
-        Self {
-            lo,
-            hi,
-            ticks,
-            spacing: Spacing::Logarithmic,
-            gradient,
-        }
+        Self { lo, hi, ticks, spacing: Spacing::Logarithmic, gradient }
     }
 
     /// Place of a value, 0 at the lower end and 1 at the upper, held there.
@@ -133,19 +117,12 @@ fn round_up(v: f64) -> f64 {
 
 fn round_down(v: f64) -> f64 {
     let k = v.log10().floor() as i32;
-    [decimal(5.0, k), decimal(2.0, k)]
-        .into_iter()
-        .find(|r| *r <= v * (1.0 + 1e-9))
-        .unwrap_or(decimal(1.0, k))
+    [decimal(5.0, k), decimal(2.0, k)].into_iter().find(|r| *r <= v * (1.0 + 1e-9)).unwrap_or(decimal(1.0, k))
 }
 
 /// `digit · 10^k` as the literal would be read.
 fn decimal(digit: f64, k: i32) -> f64 {
-    if k >= 0 {
-        digit * 10f64.powi(k)
-    } else {
-        digit / 10f64.powi(-k)
-    }
+    if k >= 0 { digit * 10f64.powi(k) } else { digit / 10f64.powi(-k) }
 }
 
 /// A multiple of `step`, with the decimals that it needs.
@@ -198,13 +175,7 @@ mod tests {
 
     #[test]
     fn ticks_are_round_and_enclose_the_values() {
-        for (min, max) in [
-            (3.0, 97.0),
-            (120.0, 980.0),
-            (498.0, 502.0),
-            (0.0, 0.03),
-            (0.0, 1.0),
-        ] {
+        for (min, max) in [(3.0, 97.0), (120.0, 980.0), (498.0, 502.0), (0.0, 0.03), (0.0, 1.0)] {
             let s = Scale::illuminance(&[min, 0.5 * (min + max), max]);
             assert!(s.lo <= min && s.hi >= max, "{s:?}");
             assert!((3..=14).contains(&s.ticks.len()), "{s:?}");

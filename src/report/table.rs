@@ -44,14 +44,7 @@ const SUMMARY: [&str; 13] = [
     "holding_share",
 ];
 
-const IRRADIANCE: [&str; 6] = [
-    "grid",
-    "point",
-    "band_lo_nm",
-    "band_hi_nm",
-    "irradiance_W_m2_nm",
-    "error_W_m2_nm",
-];
+const IRRADIANCE: [&str; 6] = ["grid", "point", "band_lo_nm", "band_hi_nm", "irradiance_W_m2_nm", "error_W_m2_nm"];
 
 /// `illuminance.csv`: one line per sensor, in the user's order and axes; points count from 0.
 pub(super) fn illuminance(scene: &Scene, m: &Measurement) -> Result<Vec<u8>> {
@@ -79,15 +72,7 @@ fn sensor_row(axes: Axes, s: &SensorResult) -> Checked<Vec<String>> {
         row.resize(ILLUMINANCE.len() - 2, String::new());
         return Ok(row);
     }
-    let parts = [
-        s.xyz[1],
-        s.error_lx,
-        s.direct_lx,
-        s.sun_lx,
-        s.sky_lx,
-        s.external_lx,
-        s.reflected_lx,
-    ];
+    let parts = [s.xyz[1], s.error_lx, s.direct_lx, s.sun_lx, s.sky_lx, s.external_lx, s.reflected_lx];
     for v in parts {
         row.push(number(v)?);
     }
@@ -159,18 +144,10 @@ impl Statistics {
 }
 
 fn values(grid: &GridResult) -> Option<Values> {
-    let ok: Vec<&SensorResult> = grid
-        .sensors
-        .iter()
-        .filter(|s| s.status == Status::Ok)
-        .collect();
+    let ok: Vec<&SensorResult> = grid.sensors.iter().filter(|s| s.status == Status::Ok).collect();
     let by_area = ok.iter().all(|s| s.area_m2.is_some_and(|a| a > 0.0));
     let weight = |s: &SensorResult| {
-        if by_area {
-            s.area_m2.unwrap_or(1.0)
-        } else {
-            1.0
-        }
+        if by_area { s.area_m2.unwrap_or(1.0) } else { 1.0 }
     };
     let whole: f64 = ok.iter().map(|s| weight(s)).sum();
     let sum: f64 = ok.iter().map(|s| weight(s) * s.xyz[1]).sum();
@@ -269,17 +246,11 @@ fn number(v: f64) -> Checked<String> {
 }
 
 fn at(grid: &GridResult, point: usize, e: &NotFinite) -> Error {
-    Error::new(
-        ErrorKind::Internal,
-        format!("grid {:?}, point {point}: a value is {}", grid.name, e.0),
-    )
+    Error::new(ErrorKind::Internal, format!("grid {:?}, point {point}: a value is {}", grid.name, e.0))
 }
 
 fn at_grid(grid: &GridResult, e: &NotFinite) -> Error {
-    Error::new(
-        ErrorKind::Internal,
-        format!("grid {:?}: a value is {}", grid.name, e.0),
-    )
+    Error::new(ErrorKind::Internal, format!("grid {:?}: a value is {}", grid.name, e.0))
 }
 
 /// A CSV file in memory.
@@ -297,9 +268,7 @@ impl Table {
     }
 
     fn finish(self) -> Result<Vec<u8>> {
-        self.0
-            .into_inner()
-            .map_err(|e| Error::new(ErrorKind::Internal, format!("a table: {e}")))
+        self.0.into_inner().map_err(|e| Error::new(ErrorKind::Internal, format!("a table: {e}")))
     }
 }
 

@@ -50,10 +50,7 @@ fn everything_asked_for_is_written_and_nothing_else() {
         "run.json",
     ];
     assert_eq!(names, expected);
-    assert_eq!(
-        std::fs::read_dir(dir.path()).unwrap().count(),
-        expected.len()
-    );
+    assert_eq!(std::fs::read_dir(dir.path()).unwrap().count(), expected.len());
 }
 
 #[test]
@@ -89,10 +86,7 @@ fn illuminances_read_back_to_the_same_bits() {
             assert!((10..20).all(|c| row[c].is_empty()));
         }
     }
-    assert!(
-        (17..20).all(|c| rows[3][c].is_empty()),
-        "the dark has no colour"
-    );
+    assert!((17..20).all(|c| rows[3][c].is_empty()), "the dark has no colour");
     assert!(rows[4][8].is_empty());
     let cct: f64 = rows[0][19].parse().unwrap();
     assert!((cct - 6504.0).abs() < 10.0, "{cct}");
@@ -115,11 +109,7 @@ fn coordinates_are_the_users() {
 fn the_summary_is_weighted_by_area() {
     let mut m = measurement(&three_bands());
     m.grids[0].sensors.truncate(2);
-    for (s, (lx, area)) in m.grids[0]
-        .sensors
-        .iter_mut()
-        .zip([(100.0, 3.0), (200.0, 1.0)])
-    {
+    for (s, (lx, area)) in m.grids[0].sensors.iter_mut().zip([(100.0, 3.0), (200.0, 1.0)]) {
         s.xyz[1] = lx;
         s.area_m2 = Some(area);
     }
@@ -193,10 +183,7 @@ fn exr_reads_back_exactly() {
     let result = &m.views[0];
     let luminance: Vec<f32> = result.xyz.iter().map(|p| p[1]).collect();
     assert_eq!(plane("Y"), luminance);
-    for (b, name) in ["S0.450,000000nm", "S0.550,000000nm", "S0.650,000000nm"]
-        .iter()
-        .enumerate()
-    {
+    for (b, name) in ["S0.450,000000nm", "S0.550,000000nm", "S0.650,000000nm"].iter().enumerate() {
         let own: Vec<f32> = result.radiance.iter().skip(b).step_by(3).copied().collect();
         assert_eq!(plane(name), own);
     }
@@ -223,11 +210,7 @@ fn exr_of_rgb_bands_has_no_spectral_channels() {
     let (dir, names) = written(&measurement(&BandMode::Rgb), true);
     assert!(!names.iter().any(|n| n == "irradiance.csv"));
     let meta = MetaData::read_from_file(dir.path().join("camera.exr"), true).unwrap();
-    let names = meta.headers[0]
-        .channels
-        .list
-        .iter()
-        .map(|c| c.name.to_string());
+    let names = meta.headers[0].channels.list.iter().map(|c| c.name.to_string());
     assert_eq!(names.collect::<Vec<_>>(), ["B", "G", "R", "Y"]);
 }
 
@@ -242,10 +225,7 @@ fn hdr_keeps_luminance_and_view() {
     has("EXPOSURE=1.0");
     has("FORMAT=32-bit_rle_rgbe");
     let view = header.iter().find(|h| h.starts_with("VIEW= ")).unwrap();
-    assert!(
-        view.starts_with("VIEW= -vtv -vp 1 2 1.5 -vd 0 1 0 -vu 0 0 1 -vh 60 -vv 45 "),
-        "{view}"
-    );
+    assert!(view.starts_with("VIEW= -vtv -vp 1 2 1.5 -vd 0 1 0 -vu 0 0 1 -vh 60 -vv 45 "), "{view}");
     for (p, xyz) in pixels.iter().zip(&m.views[0].xyz) {
         let luminance = 179.0 * (0.265 * p[0] + 0.670 * p[1] + 0.065 * p[2]);
         // Half a step of the mantissa, and Radiance's rounded factors.
@@ -269,11 +249,8 @@ fn the_tone_mapped_picture_has_the_views_pixels_and_a_white_lamp() {
 
 #[test]
 fn every_projection_and_width_makes_a_valid_hdr() {
-    let fisheye = Projection::Fisheye {
-        angle: std::f64::consts::PI,
-    };
-    for (projection, width, word) in [(fisheye, 64, Some("-vta")), (Projection::Panorama, 5, None)]
-    {
+    let fisheye = Projection::Fisheye { angle: std::f64::consts::PI };
+    for (projection, width, word) in [(fisheye, 64, Some("-vta")), (Projection::Panorama, 5, None)] {
         let mut result = view("v", width, 7, 1);
         result.view.projection = projection;
         let bytes = hdr::encode(&scene(), &result, &provenance()).unwrap();
@@ -287,11 +264,7 @@ fn every_projection_and_width_makes_a_valid_hdr() {
 
 #[test]
 fn maps_are_large_enough_to_read_in_every_shape() {
-    for (nu, nv, size) in [
-        (16, 24, [3.5, 5.5]),
-        (1, 1, [1.0, 1.0]),
-        (40, 2, [20.0, 0.4]),
-    ] {
+    for (nu, nv, size) in [(16, 24, [3.5, 5.5]), (1, 1, [1.0, 1.0]), (40, 2, [20.0, 0.4])] {
         let png = map::illuminance(&scene(), &grid("g", nu, nv, size)).unwrap();
         let image = image::load_from_memory(&png).unwrap();
         assert!(image.width().max(image.height()) >= 900);
@@ -308,9 +281,7 @@ fn maps_of_the_dark_and_of_nothing_are_drawn() {
     let mut dark = grid("dark", 4, 4, [1.0, 1.0]);
     dark.sensors.iter_mut().for_each(|s| s.xyz = [0.0; 3]);
     map::illuminance(&scene(), &dark).unwrap();
-    dark.sensors
-        .iter_mut()
-        .for_each(|s| s.status = Status::Inside);
+    dark.sensors.iter_mut().for_each(|s| s.status = Status::Inside);
     map::illuminance(&scene(), &dark).unwrap();
     let mut black = view("v", 8, 8, 1);
     black.xyz.fill([0.0; 3]);

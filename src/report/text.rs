@@ -1,8 +1,6 @@
 //! Text in pictures: a bitmap font, Latin-1.
 
-use noto_sans_mono_bitmap::{
-    FontWeight, RasterHeight, RasterizedChar, get_raster, get_raster_width,
-};
+use noto_sans_mono_bitmap::{FontWeight, RasterHeight, RasterizedChar, get_raster, get_raster_width};
 
 /// The sizes of text in use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -59,11 +59,7 @@ const CRACK: f64 = 1e-4;
 pub fn check(scene: &Scene) -> Vec<Diagnostic> {
     let mut checker = Checker::new(scene);
     for warning in &scene.warnings {
-        checker.found.push(Diagnostic {
-            severity: Severity::Warning,
-            what: warning.clone(),
-            mend: String::new(),
-        });
+        checker.found.push(Diagnostic { severity: Severity::Warning, what: warning.clone(), mend: String::new() });
     }
     checker.asks_and_lights();
     checker.edges();
@@ -100,21 +96,11 @@ impl<'a> Checker<'a> {
             .into_iter()
             .filter_map(|part| Shell::of(&scene.faces, part, tolerance))
             .collect();
-        Self {
-            scene,
-            size: (hi - lo).length(),
-            tolerance,
-            shells,
-            found: Vec::new(),
-        }
+        Self { scene, size: (hi - lo).length(), tolerance, shells, found: Vec::new() }
     }
 
     fn tell(&mut self, severity: Severity, what: String, mend: &str) {
-        self.found.push(Diagnostic {
-            severity,
-            what,
-            mend: mend.to_owned(),
-        });
+        self.found.push(Diagnostic { severity, what, mend: mend.to_owned() });
     }
 
     fn object(&self, face: usize) -> &'a str {
@@ -147,41 +133,35 @@ impl<'a> Checker<'a> {
     fn edges(&mut self) {
         let rings = || self.scene.faces.iter().map(|f| f.vertices.as_slice());
         let open = open_edges(rings(), self.tolerance);
-        let (twisted, open): (Vec<_>, Vec<_>) =
-            open.into_iter().partition(|e| e.net.is_multiple_of(2));
+        let (twisted, open): (Vec<_>, Vec<_>) = open.into_iter().partition(|e| e.net.is_multiple_of(2));
         if let Some(edge) = longest(&twisted) {
             let what = format!(
                 "{} edges join faces that are wound against each other; the longest: {}",
                 twisted.len(),
                 self.place(edge)
             );
-            self.tell(Severity::Warning, what, "flip one side: light is emitted from fronts only, and fronts tell inside from outside");
-        }
-        let meeting = length(&open) - length(&open_edges(rings(), CRACK * self.size));
-        if meeting > 1e-3 * self.size {
-            let what = format!(
-                "{meeting:.3} m of edges nearly meet: cracks narrower than {:.2} mm",
-                1e3 * CRACK * self.size
-            );
             self.tell(
                 Severity::Warning,
                 what,
-                "weld the vertices before exporting: light leaks through",
+                "flip one side: light is emitted from fronts only, and fronts tell inside from outside",
             );
         }
+        let meeting = length(&open) - length(&open_edges(rings(), CRACK * self.size));
+        if meeting > 1e-3 * self.size {
+            let what =
+                format!("{meeting:.3} m of edges nearly meet: cracks narrower than {:.2} mm", 1e3 * CRACK * self.size);
+            self.tell(Severity::Warning, what, "weld the vertices before exporting: light leaks through");
+        }
         let affordable = open.len() * self.scene.faces.len() <= MOST_WORK;
-        let free: Vec<OpenEdge> = open
-            .into_iter()
-            .filter(|e| !affordable || !self.rests_on_a_face(e))
-            .collect();
+        let free: Vec<OpenEdge> = open.into_iter().filter(|e| !affordable || !self.rests_on_a_face(e)).collect();
         if let Some(edge) = longest(&free) {
-            let what = format!(
-                "{} open edges, {:.3} m in all; the longest: {}",
-                free.len(),
-                length(&free),
-                self.place(edge)
+            let what =
+                format!("{} open edges, {:.3} m in all; the longest: {}", free.len(), length(&free), self.place(edge));
+            self.tell(
+                Severity::Info,
+                what,
+                "fine for openings and free-standing sheets; light that leaves there is counted as escaped",
             );
-            self.tell(Severity::Info, what, "fine for openings and free-standing sheets; light that leaves there is counted as escaped");
         }
     }
 
@@ -204,17 +184,13 @@ impl<'a> Checker<'a> {
     }
 
     fn place(&self, edge: &OpenEdge) -> String {
-        let object = self.scene.faces.iter().position(|f| {
-            f.vertices
-                .iter()
-                .any(|v| v.distance(edge.from) <= 2.0 * self.tolerance)
-        });
+        let object = self
+            .scene
+            .faces
+            .iter()
+            .position(|f| f.vertices.iter().any(|v| v.distance(edge.from) <= 2.0 * self.tolerance));
         let object = object.map_or(String::new(), |f| format!(" (object `{}`)", self.object(f)));
-        format!(
-            "{} to {}{object}",
-            self.point(edge.from),
-            self.point(edge.to)
-        )
+        format!("{} to {}{object}", self.point(edge.from), self.point(edge.to))
     }
 
     fn point(&self, p: DVec3) -> String {
@@ -244,12 +220,8 @@ impl<'a> Checker<'a> {
 
     /// Points at which something is asked, a little off the surfaces.
     fn asked(&self) -> impl Iterator<Item = DVec3> + '_ {
-        let sensors = self
-            .scene
-            .grids
-            .iter()
-            .flat_map(|g| &g.sensors)
-            .map(|s| s.position + s.normal * (2.0 * ON * self.size));
+        let sensors =
+            self.scene.grids.iter().flat_map(|g| &g.sensors).map(|s| s.position + s.normal * (2.0 * ON * self.size));
         sensors.chain(self.scene.views.iter().map(|v| v.position))
     }
 
@@ -261,12 +233,7 @@ impl<'a> Checker<'a> {
             let looked: Vec<_> = grid.sensors.iter().step_by(stride).collect();
             let inside: Vec<_> = looked
                 .iter()
-                .filter_map(|s| {
-                    Some((
-                        s,
-                        self.solid_around(s.position + s.normal * (2.0 * ON * self.size))?,
-                    ))
-                })
+                .filter_map(|s| Some((s, self.solid_around(s.position + s.normal * (2.0 * ON * self.size))?)))
                 .collect();
             if let Some((first, face)) = inside.first() {
                 let (n, of) = (inside.len(), looked.len());
@@ -276,17 +243,11 @@ impl<'a> Checker<'a> {
                     self.point(first.position),
                     self.object(*face)
                 );
-                let severity = if n == of {
-                    Severity::Error
-                } else {
-                    Severity::Warning
-                };
+                let severity = if n == of { Severity::Error } else { Severity::Warning };
                 self.tell(severity, what, "move the points; or, if the solid is meant as a room, flip its faces so that their fronts look into it");
             }
-            let facing: Vec<_> = looked
-                .iter()
-                .filter_map(|s| Some((s, self.wall_before(s.position, s.normal, None)?)))
-                .collect();
+            let facing: Vec<_> =
+                looked.iter().filter_map(|s| Some((s, self.wall_before(s.position, s.normal, None)?))).collect();
             if let Some((first, (face, distance))) = facing.first() {
                 let what = format!(
                     "grid \"{}\": {} of {} points face a wall at no distance, the first at {}: {:.3} mm before object `{}`",
@@ -297,21 +258,14 @@ impl<'a> Checker<'a> {
                     1e3 * distance,
                     self.object(*face)
                 );
-                self.tell(
-                    Severity::Warning,
-                    what,
-                    "turn `normal` round, or move the points",
-                );
+                self.tell(Severity::Warning, what, "turn `normal` round, or move the points");
             }
         }
     }
 
     /// A face of the solid (closed, fronts outward) that a point is in.
     fn solid_around(&self, p: DVec3) -> Option<usize> {
-        self.shells
-            .iter()
-            .find(|s| s.volume > 0.0 && s.holds(&self.scene.faces, p))
-            .map(|s| s.faces[0])
+        self.shells.iter().find(|s| s.volume > 0.0 && s.holds(&self.scene.faces, p)).map(|s| s.faces[0])
     }
 
     /// The face at no distance before a point, and how far it is. Faces that the point lies on do not count.
@@ -319,9 +273,8 @@ impl<'a> Checker<'a> {
         self.scene.faces.iter().enumerate().find_map(|(i, f)| {
             let height = (f.vertices[0] - p).dot(f.normal);
             let slope = direction.dot(f.normal);
-            let near = height.abs() > ON * self.size
-                && height.abs() < NEAR * self.size
-                && height * slope > 0.5 * height.abs();
+            let near =
+                height.abs() > ON * self.size && height.abs() < NEAR * self.size && height * slope > 0.5 * height.abs();
             (near && but != Some(i) && polygon::contains(&f.vertices, f.normal, p, self.tolerance))
                 .then_some((i, height.abs()))
         })
@@ -329,12 +282,8 @@ impl<'a> Checker<'a> {
 
     /// Lamps that lie in another face or shine into a wall.
     fn emitters(&mut self) {
-        let emitting: Vec<usize> = (0..self.scene.faces.len())
-            .filter(|f| self.emits(*f))
-            .collect();
-        let stride = (emitting.len() * self.scene.faces.len())
-            .div_ceil(MOST_WORK)
-            .max(1);
+        let emitting: Vec<usize> = (0..self.scene.faces.len()).filter(|f| self.emits(*f)).collect();
+        let stride = (emitting.len() * self.scene.faces.len()).div_ceil(MOST_WORK).max(1);
         let mut in_plane: BTreeMap<(usize, usize, bool), usize> = BTreeMap::new();
         let mut before_wall: BTreeMap<(usize, usize), (usize, f64)> = BTreeMap::new();
         for &lamp in emitting.iter().step_by(stride) {
@@ -343,25 +292,15 @@ impl<'a> Checker<'a> {
             if let Some(other) = self.face_at(centre, face.normal, lamp) {
                 let other = &self.scene.faces[other];
                 let contact = self.is_of_a_solid(lamp) && face.normal.dot(other.normal) < 0.0;
-                *in_plane
-                    .entry((face.object, other.object, contact))
-                    .or_default() += 1;
-            } else if let Some((wall, distance)) = self.wall_before(centre, face.normal, Some(lamp))
-            {
-                before_wall
-                    .entry((face.object, self.scene.faces[wall].object))
-                    .or_insert((0, distance))
-                    .0 += 1;
+                *in_plane.entry((face.object, other.object, contact)).or_default() += 1;
+            } else if let Some((wall, distance)) = self.wall_before(centre, face.normal, Some(lamp)) {
+                before_wall.entry((face.object, self.scene.faces[wall].object)).or_insert((0, distance)).0 += 1;
             }
         }
         for ((lamp, other, contact), count) in in_plane {
             let [lamp, other] = [lamp, other].map(|o| self.scene.objects[o].as_str());
             let (severity, doing, mend) = if contact {
-                (
-                    Severity::Info,
-                    "touch",
-                    "a flux_lm counts their area although their light stays in the contact",
-                )
+                (Severity::Info, "touch", "a flux_lm counts their area although their light stays in the contact")
             } else {
                 (
                     Severity::Warning,
@@ -369,9 +308,7 @@ impl<'a> Checker<'a> {
                     "cut a hole around the lamp, or move it out by a few millimetres",
                 )
             };
-            let what = format!(
-                "{count} emitting face(s) of object `{lamp}` {doing} faces of object `{other}`"
-            );
+            let what = format!("{count} emitting face(s) of object `{lamp}` {doing} faces of object `{other}`");
             self.tell(severity, what, mend);
         }
         for ((lamp, wall), (count, distance)) in before_wall {
@@ -380,19 +317,13 @@ impl<'a> Checker<'a> {
                 "{count} emitting face(s) of object `{lamp}` shine into object `{wall}`, {:.3} mm before them",
                 1e3 * distance
             );
-            self.tell(
-                Severity::Warning,
-                what,
-                "flip the lamp's faces: light leaves their fronts (right-hand rule)",
-            );
+            self.tell(Severity::Warning, what, "flip the lamp's faces: light leaves their fronts (right-hand rule)");
         }
     }
 
     /// Does the face belong to a closed shell whose fronts look outward?
     fn is_of_a_solid(&self, face: usize) -> bool {
-        self.shells
-            .iter()
-            .any(|s| s.volume > 0.0 && s.faces.binary_search(&face).is_ok())
+        self.shells.iter().any(|s| s.volume > 0.0 && s.faces.binary_search(&face).is_ok())
     }
 
     /// Another face in whose plane a point lies, parallel to `normal`.
@@ -417,9 +348,7 @@ fn length(edges: &[OpenEdge]) -> f64 {
 }
 
 fn longest(edges: &[OpenEdge]) -> Option<&OpenEdge> {
-    edges
-        .iter()
-        .max_by(|a, b| a.from.distance(a.to).total_cmp(&b.from.distance(b.to)))
+    edges.iter().max_by(|a, b| a.from.distance(a.to).total_cmp(&b.from.distance(b.to)))
 }
 
 /// Faces joined by welded edges.
@@ -454,22 +383,12 @@ fn root(leader: &mut [usize], mut i: usize) -> usize {
 impl Shell {
     /// The part as a shell, if it is closed.
     fn of(all: &[Face], part: Vec<usize>, tolerance: f64) -> Option<Self> {
-        if part.len() < 4
-            || !open_edges(part.iter().map(|i| all[*i].vertices.as_slice()), tolerance).is_empty()
-        {
+        if part.len() < 4 || !open_edges(part.iter().map(|i| all[*i].vertices.as_slice()), tolerance).is_empty() {
             return None;
         }
         let (lo, hi) = faces::bounds(part.iter().map(|i| &all[*i]))?;
-        let volume = part
-            .iter()
-            .map(|i| (all[*i].vertices[0] - lo).dot(all[*i].normal) * all[*i].area_m2 / 3.0)
-            .sum();
-        Some(Self {
-            faces: part,
-            lo,
-            hi,
-            volume,
-        })
+        let volume = part.iter().map(|i| (all[*i].vertices[0] - lo).dot(all[*i].normal) * all[*i].area_m2 / 3.0).sum();
+        Some(Self { faces: part, lo, hi, volume })
     }
 
     /// Is a point inside? The odd number of crossings of two rays out of three.
@@ -478,19 +397,9 @@ impl Shell {
             return false;
         }
         // Directions without a simple ratio miss edges and vertices of ordinary models.
-        let directions = [
-            DVec3::new(0.571, 0.357, 0.739),
-            DVec3::new(-0.683, 0.601, 0.415),
-            DVec3::new(0.293, -0.779, -0.554),
-        ];
-        let odd = |d: &DVec3| {
-            self.faces
-                .iter()
-                .filter(|i| crosses(&all[**i], p, *d))
-                .count()
-                % 2
-                == 1
-        };
+        let directions =
+            [DVec3::new(0.571, 0.357, 0.739), DVec3::new(-0.683, 0.601, 0.415), DVec3::new(0.293, -0.779, -0.554)];
+        let odd = |d: &DVec3| self.faces.iter().filter(|i| crosses(&all[**i], p, *d)).count() % 2 == 1;
         directions.iter().filter(|d| odd(d)).count() >= 2
     }
 }
@@ -498,7 +407,5 @@ impl Shell {
 fn crosses(face: &Face, p: DVec3, direction: DVec3) -> bool {
     let slope = direction.dot(face.normal);
     let t = (face.vertices[0] - p).dot(face.normal) / slope;
-    t > 0.0
-        && t.is_finite()
-        && polygon::contains(&face.vertices, face.normal, p + direction * t, 0.0)
+    t > 0.0 && t.is_finite() && polygon::contains(&face.vertices, face.normal, p + direction * t, 0.0)
 }

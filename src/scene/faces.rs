@@ -40,10 +40,7 @@ pub(crate) struct Names<'a> {
 
 impl Names<'_> {
     fn place(&self, face: &Placed) -> String {
-        format!(
-            "{}:{} (object `{}`)",
-            self.files[face.place.file], face.place.line, self.objects[face.face.object]
-        )
+        format!("{}:{} (object `{}`)", self.files[face.place.file], face.place.line, self.objects[face.face.object])
     }
 }
 
@@ -92,21 +89,12 @@ fn cut(drawn: &[Drawn], names: Names<'_>, warnings: &mut Vec<String>) -> Vec<Pla
     let (mut repeated, mut flat, mut crossing, mut warped) = Default::default();
     let mut worst = (0.0, String::new());
     for d in drawn {
-        let place = || {
-            format!(
-                "{}:{} (object `{}`)",
-                names.files[d.place.file], d.place.line, names.objects[d.object]
-            )
-        };
+        let place = || format!("{}:{} (object `{}`)", names.files[d.place.file], d.place.line, names.objects[d.object]);
         match polygon::shape(&d.ring) {
             Shape::Convex(ring) => faces.push(placed(d, ring)),
             Shape::Degenerate(Degeneracy::Repeated) => Tally::add(&mut repeated, place),
             Shape::Degenerate(Degeneracy::Flat) => Tally::add(&mut flat, place),
-            Shape::Pieces {
-                pieces,
-                deviation,
-                excess,
-            } => {
+            Shape::Pieces { pieces, deviation, excess } => {
                 faces.extend(pieces.into_iter().map(|p| placed(d, p)));
                 if excess > 1e-6 {
                     Tally::add(&mut crossing, place);
@@ -115,14 +103,8 @@ fn cut(drawn: &[Drawn], names: Names<'_>, warnings: &mut Vec<String>) -> Vec<Pla
                     Tally::add(&mut warped, place);
                     if deviation > worst.0 {
                         let mm = 1e3 * deviation * polygon::size(&d.ring);
-                        worst = (
-                            deviation,
-                            format!(
-                                "{}, by {mm:.3} mm, {:.2} % of its size",
-                                place(),
-                                100.0 * deviation
-                            ),
-                        );
+                        worst =
+                            (deviation, format!("{}, by {mm:.3} mm, {:.2} % of its size", place(), 100.0 * deviation));
                     }
                 }
             }
@@ -133,16 +115,8 @@ fn cut(drawn: &[Drawn], names: Names<'_>, warnings: &mut Vec<String>) -> Vec<Pla
         "face left out: it has fewer than three different vertices",
         "faces left out: they have fewer than three different vertices",
     );
-    flat.warn(
-        warnings,
-        "face left out: it has no area",
-        "faces left out: they have no area",
-    );
-    crossing.warn(
-        warnings,
-        "polygon crosses itself",
-        "polygons cross themselves",
-    );
+    flat.warn(warnings, "face left out: it has no area", "faces left out: they have no area");
+    crossing.warn(warnings, "polygon crosses itself", "polygons cross themselves");
     warped.first = worst.1;
     if warped.count > 1 {
         warnings.push(format!(
@@ -150,11 +124,7 @@ fn cut(drawn: &[Drawn], names: Names<'_>, warnings: &mut Vec<String>) -> Vec<Pla
             warped.count, warped.first
         ));
     } else {
-        warped.warn(
-            warnings,
-            "polygon is not planar and was split into triangles",
-            "",
-        );
+        warped.warn(warnings, "polygon is not planar and was split into triangles", "");
     }
     faces
 }
@@ -168,10 +138,7 @@ fn placed(drawn: &Drawn, vertices: Vec<DVec3>) -> Placed {
         material: drawn.material,
         object: drawn.object,
     };
-    Placed {
-        face,
-        place: drawn.place,
-    }
+    Placed { face, place: drawn.place }
 }
 
 /// Least and greatest corner of all faces.
@@ -179,9 +146,7 @@ pub(crate) fn bounds<'a>(faces: impl IntoIterator<Item = &'a Face>) -> Option<(D
     faces
         .into_iter()
         .flat_map(|f| &f.vertices)
-        .fold(None, |b: Option<(DVec3, DVec3)>, p| {
-            Some(b.map_or((*p, *p), |(lo, hi)| (lo.min(*p), hi.max(*p))))
-        })
+        .fold(None, |b: Option<(DVec3, DVec3)>, p| Some(b.map_or((*p, *p), |(lo, hi)| (lo.min(*p), hi.max(*p)))))
 }
 
 fn bounds_of(faces: &[Placed]) -> (DVec3, DVec3) {
@@ -189,12 +154,7 @@ fn bounds_of(faces: &[Placed]) -> (DVec3, DVec3) {
 }
 
 /// Keeps one of faces with the same vertices: the emitting one if there is one, else the first.
-fn without_duplicates(
-    faces: Vec<Placed>,
-    names: Names<'_>,
-    emits: &[bool],
-    warnings: &mut Vec<String>,
-) -> Vec<Placed> {
+fn without_duplicates(faces: Vec<Placed>, names: Names<'_>, emits: &[bool], warnings: &mut Vec<String>) -> Vec<Placed> {
     let (lo, hi) = bounds_of(&faces);
     let mut welder = Welder::new(weld_tolerance(lo, hi));
     let mut seen: HashMap<Vec<usize>, usize> = HashMap::new();
@@ -209,11 +169,7 @@ fn without_duplicates(
             continue;
         };
         let (old, new) = (emits[kept[at].face.material], emits[face.face.material]);
-        let tally = if old || new {
-            &mut emitting
-        } else {
-            &mut passive
-        };
+        let tally = if old || new { &mut emitting } else { &mut passive };
         if new && !old {
             tally.add(|| twice(&face, &kept[at], names));
             kept[at] = face;
@@ -221,11 +177,7 @@ fn without_duplicates(
             tally.add(|| twice(&kept[at], &face, names));
         }
     }
-    passive.warn(
-        warnings,
-        "duplicate face left out",
-        "duplicate faces left out",
-    );
+    passive.warn(warnings, "duplicate face left out", "duplicate faces left out");
     emitting.warn(
         warnings,
         "emitting face stands there twice: its light is emitted once",
@@ -236,17 +188,10 @@ fn without_duplicates(
 
 /// Names a kept face and its double, and what the double would have had different.
 fn twice(kept: &Placed, dropped: &Placed, names: Names<'_>) -> String {
-    let mut text = format!(
-        "{} stands where {} does",
-        names.place(dropped),
-        names.place(kept)
-    );
+    let mut text = format!("{} stands where {} does", names.place(dropped), names.place(kept));
     let (a, b) = (kept.face.material, dropped.face.material);
     if a != b {
-        text += &format!(
-            "; kept material `{}`, not `{}`",
-            names.materials[a], names.materials[b]
-        );
+        text += &format!("; kept material `{}`, not `{}`", names.materials[a], names.materials[b]);
         if kept.face.normal.dot(dropped.face.normal) < 0.0 {
             text += " (a wall with two different sides wants `reflectance_back`)";
         }
@@ -267,27 +212,15 @@ fn warn_overlaps(faces: &[Placed], names: Names<'_>, warnings: &mut Vec<String>)
     for mut group in coplanar_groups(faces, size) {
         let (u, v) = polygon::basis(faces[group[0]].face.normal);
         let flat = |i: usize| -> Vec<DVec2> {
-            faces[i]
-                .face
-                .vertices
-                .iter()
-                .map(|p| DVec2::new((*p - lo).dot(u), (*p - lo).dot(v)))
-                .collect()
+            faces[i].face.vertices.iter().map(|p| DVec2::new((*p - lo).dot(u), (*p - lo).dot(v))).collect()
         };
-        let boxes: HashMap<usize, (DVec2, DVec2)> =
-            group.iter().map(|&i| (i, box_of(&flat(i)))).collect();
+        let boxes: HashMap<usize, (DVec2, DVec2)> = group.iter().map(|&i| (i, box_of(&flat(i)))).collect();
         group.sort_by(|a, b| boxes[a].0.x.total_cmp(&boxes[b].0.x));
         for (k, &i) in group.iter().enumerate() {
-            for &j in group[k + 1..]
-                .iter()
-                .take_while(|j| boxes[*j].0.x < boxes[&i].1.x)
-            {
+            for &j in group[k + 1..].iter().take_while(|j| boxes[*j].0.x < boxes[&i].1.x) {
                 work += 1;
                 if work > MOST_PAIRS {
-                    warnings.push(
-                        "too many faces share a plane: the search for overlaps stopped early"
-                            .to_owned(),
-                    );
+                    warnings.push("too many faces share a plane: the search for overlaps stopped early".to_owned());
                     return tally.warn(
                         warnings,
                         "pair of faces overlaps in one plane",
@@ -296,27 +229,18 @@ fn warn_overlaps(faces: &[Placed], names: Names<'_>, warnings: &mut Vec<String>)
                 }
                 if boxes[&j].0.y < boxes[&i].1.y && boxes[&i].0.y < boxes[&j].1.y {
                     let (a, b) = (&faces[i.min(j)], &faces[i.max(j)]);
-                    if overlap(a, b, &flat(i), &flat(j), size) && told.insert((i.min(j), i.max(j)))
-                    {
+                    if overlap(a, b, &flat(i), &flat(j), size) && told.insert((i.min(j), i.max(j))) {
                         tally.add(|| format!("{} and {}", names.place(a), names.place(b)));
                     }
                 }
             }
         }
     }
-    tally.warn(
-        warnings,
-        "pair of faces overlaps in one plane",
-        "pairs of faces overlap in one plane",
-    );
+    tally.warn(warnings, "pair of faces overlaps in one plane", "pairs of faces overlap in one plane");
 }
 
 fn box_of(points: &[DVec2]) -> (DVec2, DVec2) {
-    points
-        .iter()
-        .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(lo, hi), p| {
-            (lo.min(*p), hi.max(*p))
-        })
+    points.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(lo, hi), p| (lo.min(*p), hi.max(*p)))
 }
 
 /// Groups of at least two faces that may share a plane and face the same way. Offsets are sorted into
@@ -329,10 +253,7 @@ fn coplanar_groups(faces: &[Placed], size: f64) -> Vec<Vec<usize>> {
         let n = (f.face.normal / 1e-4).round();
         let offset = f.face.vertices[0].dot(f.face.normal) / cell;
         // Even keys for one sorting, odd ones for the shifted.
-        for part in [
-            2 * offset.floor() as i64,
-            2 * (offset + 0.5).floor() as i64 + 1,
-        ] {
+        for part in [2 * offset.floor() as i64, 2 * (offset + 0.5).floor() as i64 + 1] {
             let key = [n.x as i64, n.y as i64, n.z as i64, part];
             groups
                 .entry(key)
@@ -343,11 +264,7 @@ fn coplanar_groups(faces: &[Placed], size: f64) -> Vec<Vec<usize>> {
                 .push(i);
         }
     }
-    order
-        .iter()
-        .filter_map(|key| groups.remove(key))
-        .filter(|g| g.len() > 1)
-        .collect()
+    order.iter().filter_map(|key| groups.remove(key)).filter(|g| g.len() > 1).collect()
 }
 
 fn overlap(a: &Placed, b: &Placed, flat_a: &[DVec2], flat_b: &[DVec2], size: f64) -> bool {
@@ -361,29 +278,14 @@ mod tests {
     use super::*;
 
     fn square(x: f64, z: f64, material: usize, line: usize) -> Drawn {
-        let ring = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
-            .map(|(a, b)| DVec3::new(x + a, b, z))
-            .to_vec();
-        Drawn {
-            ring,
-            material,
-            object: 0,
-            place: Place { file: 0, line },
-        }
+        let ring = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(a, b)| DVec3::new(x + a, b, z)).to_vec();
+        Drawn { ring, material, object: 0, place: Place { file: 0, line } }
     }
 
     fn built(drawn: &[Drawn]) -> (Vec<Face>, Vec<String>) {
         let (files, objects) = (["a.obj".to_owned()], ["slab".to_owned()]);
         let materials = ["wall".to_owned(), "lamp".to_owned()];
-        build(
-            drawn,
-            Names {
-                files: &files,
-                objects: &objects,
-                materials: &materials,
-            },
-            &[false, true],
-        )
+        build(drawn, Names { files: &files, objects: &objects, materials: &materials }, &[false, true])
     }
 
     #[test]
@@ -392,12 +294,7 @@ mod tests {
         turned.ring.rotate_left(1);
         let mut reversed = square(0.0, 0.0, 0, 3);
         reversed.ring.reverse();
-        let (faces, warnings) = built(&[
-            square(0.0, 0.0, 0, 1),
-            turned,
-            reversed,
-            square(5.0, 0.0, 0, 4),
-        ]);
+        let (faces, warnings) = built(&[square(0.0, 0.0, 0, 1), turned, reversed, square(5.0, 0.0, 0, 4)]);
         assert_eq!(faces.len(), 2);
         assert_eq!(
             warnings,
@@ -409,16 +306,11 @@ mod tests {
 
     #[test]
     fn an_emitting_duplicate_is_kept_once_even_over_a_passive_one() {
-        let (faces, warnings) = built(&[
-            square(0.0, 0.0, 0, 1),
-            square(0.0, 0.0, 1, 2),
-            square(0.0, 0.0, 1, 3),
-        ]);
+        let (faces, warnings) = built(&[square(0.0, 0.0, 0, 1), square(0.0, 0.0, 1, 2), square(0.0, 0.0, 1, 3)]);
         assert_eq!(faces.len(), 1);
         assert_eq!(faces[0].material, 1);
         assert!(
-            warnings[0].contains("their light is emitted once")
-                && warnings[0].contains("kept material `lamp`"),
+            warnings[0].contains("their light is emitted once") && warnings[0].contains("kept material `lamp`"),
             "{warnings:?}"
         );
     }
@@ -427,19 +319,8 @@ mod tests {
     fn overlaps_are_told_and_neighbours_are_not() {
         let (faces, warnings) = built(&[square(0.0, 0.0, 0, 1), square(0.5, 0.0, 0, 2)]);
         assert_eq!(faces.len(), 2);
-        assert!(
-            warnings[0].starts_with("1 pair of faces overlaps in one plane: a.obj:1"),
-            "{warnings:?}"
-        );
-        assert!(
-            built(&[
-                square(0.0, 0.0, 0, 1),
-                square(1.0, 0.0, 0, 2),
-                square(0.5, 0.1, 0, 3)
-            ])
-            .1
-            .is_empty()
-        );
+        assert!(warnings[0].starts_with("1 pair of faces overlaps in one plane: a.obj:1"), "{warnings:?}");
+        assert!(built(&[square(0.0, 0.0, 0, 1), square(1.0, 0.0, 0, 2), square(0.5, 0.1, 0, 3)]).1.is_empty());
     }
 
     #[test]
@@ -451,15 +332,9 @@ mod tests {
 
     #[test]
     fn degenerate_faces_are_counted_and_the_first_named() {
-        let flat = |line| Drawn {
-            ring: vec![DVec3::ZERO, DVec3::X, DVec3::X * 2.0],
-            ..square(0.0, 0.0, 0, line)
-        };
+        let flat = |line| Drawn { ring: vec![DVec3::ZERO, DVec3::X, DVec3::X * 2.0], ..square(0.0, 0.0, 0, line) };
         let (faces, warnings) = built(&[flat(7), square(0.0, 0.0, 0, 8), flat(9)]);
         assert_eq!(faces.len(), 1);
-        assert_eq!(
-            warnings,
-            ["2 faces left out: they have no area; the first: a.obj:7 (object `slab`)"]
-        );
+        assert_eq!(warnings, ["2 faces left out: they have no area; the first: a.obj:7 (object `slab`)"]);
     }
 }

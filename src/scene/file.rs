@@ -26,10 +26,7 @@ pub(crate) struct At<T> {
 impl<'de, T: Deserialize<'de>> Deserialize<'de> for At<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
         let spanned = toml::Spanned::<T>::deserialize(deserializer)?;
-        Ok(Self {
-            offset: spanned.span().start,
-            value: spanned.into_inner(),
-        })
+        Ok(Self { offset: spanned.span().start, value: spanned.into_inner() })
     }
 }
 
@@ -59,10 +56,7 @@ impl Source<'_> {
     /// Line of a byte offset, counted from one.
     pub(crate) fn line(&self, offset: usize) -> usize {
         let end = offset.min(self.text.len());
-        1 + self.text.as_bytes()[..end]
-            .iter()
-            .filter(|b| **b == b'\n')
-            .count()
+        1 + self.text.as_bytes()[..end].iter().filter(|b| **b == b'\n').count()
     }
 
     /// Names file and line, unless the error names another file already.
@@ -82,12 +76,7 @@ impl Source<'_> {
 
     /// Something not built at `offset`.
     pub(crate) fn unsupported(&self, offset: usize, what: &str) -> Error {
-        self.place(
-            offset,
-            Error::unsupported(format!(
-                "{what} is not supported in this version: it is not built yet"
-            )),
-        )
+        self.place(offset, Error::unsupported(format!("{what} is not supported in this version: it is not built yet")))
     }
 }
 
@@ -454,27 +443,15 @@ impl<'de, M: Deserialize<'de>> Visitor<'de> for LooseVisitor<M> {
 }
 
 impl Loose {
-    fn read<'de, M: Deserialize<'de>, D: Deserializer<'de>>(
-        self,
-        d: D,
-    ) -> std::result::Result<Found<M>, D::Error> {
-        d.deserialize_any(LooseVisitor {
-            what: self,
-            marker: std::marker::PhantomData,
-        })
+    fn read<'de, M: Deserialize<'de>, D: Deserializer<'de>>(self, d: D) -> std::result::Result<Found<M>, D::Error> {
+        d.deserialize_any(LooseVisitor { what: self, marker: std::marker::PhantomData })
     }
 }
 
 impl<'de> Deserialize<'de> for ModeDef {
     fn deserialize<D: Deserializer<'de>>(d: D) -> std::result::Result<Self, D::Error> {
         let expected = "a name or a table with `step_nm` and `range_nm`, or `edges_nm`";
-        let what = Loose {
-            number: false,
-            list: false,
-            text: true,
-            map: true,
-            expected,
-        };
+        let what = Loose { number: false, list: false, text: true, map: true, expected };
         match what.read::<DivisionDef, D>(d)? {
             Found::Map(division) => Ok(Self::Division(division)),
             Found::Text(name) => {
@@ -490,13 +467,7 @@ impl<'de> Deserialize<'de> for ModeDef {
 impl<'de> Deserialize<'de> for ValueDef {
     fn deserialize<D: Deserializer<'de>>(d: D) -> std::result::Result<Self, D::Error> {
         let expected = "a number, [r, g, b] or the name of a spectrum file";
-        let what = Loose {
-            number: true,
-            list: true,
-            text: true,
-            map: false,
-            expected,
-        };
+        let what = Loose { number: true, list: true, text: true, map: false, expected };
         match what.read::<IgnoredAny, D>(d)? {
             Found::Number(v) => Ok(Self::Number(v)),
             Found::Text(name) => Ok(Self::File(name)),
@@ -508,15 +479,8 @@ impl<'de> Deserialize<'de> for ValueDef {
 
 impl<'de> Deserialize<'de> for SpectrumDef {
     fn deserialize<D: Deserializer<'de>>(d: D) -> std::result::Result<Self, D::Error> {
-        let expected =
-            "an illuminant name, a colour temperature in K or the name of a spectrum file";
-        let what = Loose {
-            number: true,
-            list: false,
-            text: true,
-            map: false,
-            expected,
-        };
+        let expected = "an illuminant name, a colour temperature in K or the name of a spectrum file";
+        let what = Loose { number: true, list: false, text: true, map: false, expected };
         match what.read::<IgnoredAny, D>(d)? {
             Found::Number(v) => Ok(Self::Kelvin(v)),
             Found::Text(name) => Ok(Self::Name(name)),
@@ -528,13 +492,7 @@ impl<'de> Deserialize<'de> for SpectrumDef {
 impl<'de> Deserialize<'de> for FovDef {
     fn deserialize<D: Deserializer<'de>>(d: D) -> std::result::Result<Self, D::Error> {
         let expected = "an angle in degrees or [horizontal, vertical]";
-        let what = Loose {
-            number: true,
-            list: true,
-            text: false,
-            map: false,
-            expected,
-        };
+        let what = Loose { number: true, list: true, text: false, map: false, expected };
         match what.read::<IgnoredAny, D>(d)? {
             Found::Number(v) => Ok(Self::Horizontal(v)),
             Found::List(v) => exactly(&v, "[horizontal, vertical]").map(Self::Both),
@@ -544,12 +502,8 @@ impl<'de> Deserialize<'de> for FovDef {
 }
 
 /// A list of exactly `N` numbers.
-fn exactly<const N: usize, E: serde::de::Error>(
-    list: &[f64],
-    what: &str,
-) -> std::result::Result<[f64; N], E> {
-    list.try_into()
-        .map_err(|_| E::custom(format!("expected {N} numbers {what}, found {}", list.len())))
+fn exactly<const N: usize, E: serde::de::Error>(list: &[f64], what: &str) -> std::result::Result<[f64; N], E> {
+    list.try_into().map_err(|_| E::custom(format!("expected {N} numbers {what}, found {}", list.len())))
 }
 
 /// Reads the text of a scene file.
@@ -587,21 +541,11 @@ fn reword(message: &str) -> (String, Option<String>) {
         return (message.to_owned(), None);
     };
     if message.starts_with("unknown field") {
-        return (
-            format!("unknown key `{found}`"),
-            Some(suggest::mend(found, known)),
-        );
+        return (format!("unknown key `{found}`"), Some(suggest::mend(found, known)));
     }
     if message.starts_with("unknown variant") {
-        let known: Vec<&str> = known
-            .iter()
-            .copied()
-            .filter(|k| *k != "translucent")
-            .collect();
-        return (
-            format!("unknown word `{found}`"),
-            Some(suggest::mend(found, &known)),
-        );
+        let known: Vec<&str> = known.iter().copied().filter(|k| *k != "translucent").collect();
+        return (format!("unknown word `{found}`"), Some(suggest::mend(found, &known)));
     }
     if message.starts_with("missing field") {
         return (format!("missing key `{found}`"), Some(mend_missing(found)));
@@ -626,12 +570,7 @@ mod tests {
     use super::*;
 
     fn error(text: &str) -> String {
-        parse(Source {
-            path: Path::new("s.toml"),
-            text,
-        })
-        .unwrap_err()
-        .to_string()
+        parse(Source { path: Path::new("s.toml"), text }).unwrap_err().to_string()
     }
 
     const HEAD: &str = "[geometry]\nfiles = [\"a.obj\"]\nunit = \"m\"\nup = \"z\"\n";
@@ -646,38 +585,23 @@ mod tests {
     #[test]
     fn an_unknown_unit_names_line_and_nearest_unit() {
         let e = error("[geometry]\nfiles = []\nunit = \"mmm\"\nup = \"z\"\n");
-        assert!(
-            e.contains("s.toml:3: unknown word `mmm`") && e.contains("`mm`"),
-            "{e}"
-        );
+        assert!(e.contains("s.toml:3: unknown word `mmm`") && e.contains("`mm`"), "{e}");
     }
 
     #[test]
     fn an_unknown_kind_and_band_mode_are_named() {
         let e = error(&format!("{HEAD}[materials.w]\nkind = \"glas\"\n"));
-        assert!(
-            e.contains("s.toml:6:") && e.contains("did you mean `glass`?"),
-            "{e}"
-        );
+        assert!(e.contains("s.toml:6:") && e.contains("did you mean `glass`?"), "{e}");
         let e = error(&format!("{HEAD}[bands]\nmode = \"gray\"\n"));
-        assert!(
-            e.contains("s.toml:6:") && e.contains("did you mean `grey`?"),
-            "{e}"
-        );
+        assert!(e.contains("s.toml:6:") && e.contains("did you mean `grey`?"), "{e}");
         let e = error(&format!("{HEAD}[bands]\nmode = {{ step = 5 }}\n"));
-        assert!(
-            e.contains("s.toml:6: unknown key `step`") && e.contains("`step_nm`"),
-            "{e}"
-        );
+        assert!(e.contains("s.toml:6: unknown key `step`") && e.contains("`step_nm`"), "{e}");
     }
 
     #[test]
     fn a_missing_unit_says_what_to_add() {
         let e = error("[geometry]\nfiles = []\nup = \"z\"\n");
-        assert!(
-            e.contains("s.toml:1: missing key `unit`") && e.contains("add unit = \"m\""),
-            "{e}"
-        );
+        assert!(e.contains("s.toml:1: missing key `unit`") && e.contains("add unit = \"m\""), "{e}");
         assert!(error("").contains("add a [geometry] table"));
     }
 
@@ -690,18 +614,9 @@ mod tests {
     #[test]
     fn the_schema_knows_the_keys_and_closes_the_tables() {
         let text = json_schema().to_string();
-        for key in [
-            "luminance_cd_m2",
-            "spacing_m",
-            "range_nm",
-            "film_mm",
-            "additionalProperties",
-        ] {
+        for key in ["luminance_cd_m2", "spacing_m", "range_nm", "film_mm", "additionalProperties"] {
             assert!(text.contains(key), "{key}");
         }
-        assert!(
-            !text.contains("luminaires") && !text.contains("translucent"),
-            "not built, not offered"
-        );
+        assert!(!text.contains("luminaires") && !text.contains("translucent"), "not built, not offered");
     }
 }

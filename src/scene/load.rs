@@ -7,9 +7,7 @@ use glam::DVec3;
 use sha2::{Digest, Sha256};
 
 use super::faces::{self, Drawn, Names, Place};
-use super::file::{
-    self, At, BandsDef, DivisionDef, Kind, ModeDef, ModeName, SceneFile, Source, Up,
-};
+use super::file::{self, At, BandsDef, DivisionDef, Kind, ModeDef, ModeName, SceneFile, Source, Up};
 use super::obj::{self, Obj};
 use super::{Axes, Face, InputFile, Scene, grid, material, suggest, view};
 use crate::error::ErrorKind;
@@ -39,12 +37,7 @@ pub fn load(path: &Path) -> Result<Scene> {
     let materials = materials(&mut files, &file, &drawing, &faces)?;
     let bands = bands(source, file.bands.as_ref())?;
     check_names(source, &file)?;
-    let stage = grid::Stage {
-        faces: &faces,
-        objects: &drawing.objects,
-        materials: &drawing.materials,
-        axes,
-    };
+    let stage = grid::Stage { faces: &faces, objects: &drawing.objects, materials: &drawing.materials, axes };
     let mut grids = Vec::new();
     for def in &file.grids {
         grids.push(grid::resolve(&mut files, &stage, &def.value)?);
@@ -75,17 +68,14 @@ fn read(path: &Path) -> Result<Vec<u8>> {
 
 fn unreadable(path: &Path, cause: &std::io::Error) -> Error {
     match cause.kind() {
-        std::io::ErrorKind::NotFound => Error::malformed("no such file")
-            .mend("check the name")
-            .in_file(path),
+        std::io::ErrorKind::NotFound => Error::malformed("no such file").mend("check the name").in_file(path),
         std::io::ErrorKind::IsADirectory => Error::malformed("a folder, not a file").in_file(path),
         _ => Error::io(path, cause),
     }
 }
 
 fn stem(path: &Path) -> String {
-    path.file_stem()
-        .map_or_else(|| "scene".to_owned(), |s| s.to_string_lossy().into_owned())
+    path.file_stem().map_or_else(|| "scene".to_owned(), |s| s.to_string_lossy().into_owned())
 }
 
 /// The files beside the scene file: reads them, remembers their hashes, collects warnings.
@@ -98,27 +88,13 @@ pub(crate) struct Files<'a> {
 
 impl<'a> Files<'a> {
     fn new(source: Source<'a>, bytes: &[u8]) -> Self {
-        let name = source
-            .path
-            .file_name()
-            .map_or_else(|| source.path.to_path_buf(), PathBuf::from);
-        Self {
-            source,
-            inputs: vec![InputFile {
-                path: name,
-                sha256: hash(bytes),
-            }],
-            warnings: Vec::new(),
-        }
+        let name = source.path.file_name().map_or_else(|| source.path.to_path_buf(), PathBuf::from);
+        Self { source, inputs: vec![InputFile { path: name, sha256: hash(bytes) }], warnings: Vec::new() }
     }
 
     /// Path of a file named in the scene.
     pub(crate) fn path(&self, name: &str) -> PathBuf {
-        self.source
-            .path
-            .parent()
-            .unwrap_or_else(|| Path::new(""))
-            .join(name)
+        self.source.path.parent().unwrap_or_else(|| Path::new("")).join(name)
     }
 
     /// Bytes of a file named in the scene.
@@ -131,10 +107,7 @@ impl<'a> Files<'a> {
                 .mend("names are relative to the scene file"),
             _ => unreadable(&path, &e),
         })?;
-        let input = InputFile {
-            path: PathBuf::from(&name.value),
-            sha256: hash(&bytes),
-        };
+        let input = InputFile { path: PathBuf::from(&name.value), sha256: hash(&bytes) };
         if !self.inputs.contains(&input) {
             self.inputs.push(input);
         }
@@ -143,40 +116,26 @@ impl<'a> Files<'a> {
 }
 
 fn hash(bytes: &[u8]) -> String {
-    Sha256::digest(bytes)
-        .iter()
-        .map(|b| format!("{b:02x}"))
-        .collect()
+    Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect()
 }
 
 /// A number that has to be finite, if it is there.
 pub(crate) fn check_number(source: Source<'_>, number: Option<&At<f64>>, key: &str) -> Result<()> {
     match number {
-        Some(n) if !n.value.is_finite() || n.value.abs() > obj::LARGEST => Err(source.malformed(
-            n.offset,
-            format!(
-                "{key} = {} is not a finite number below {:e}",
-                n.value,
-                obj::LARGEST
-            ),
-        )),
+        Some(n) if !n.value.is_finite() || n.value.abs() > obj::LARGEST => {
+            Err(source
+                .malformed(n.offset, format!("{key} = {} is not a finite number below {:e}", n.value, obj::LARGEST)))
+        }
         _ => Ok(()),
     }
 }
 
 /// A vector of finite numbers.
 pub(crate) fn vector(source: Source<'_>, v: &At<[f64; 3]>, key: &str) -> Result<DVec3> {
-    if v.value
-        .iter()
-        .any(|x| !x.is_finite() || x.abs() > obj::LARGEST)
-    {
-        return Err(source.malformed(
-            v.offset,
-            format!(
-                "{key} holds a number that is not finite or beyond {:e}",
-                obj::LARGEST
-            ),
-        ));
+    if v.value.iter().any(|x| !x.is_finite() || x.abs() > obj::LARGEST) {
+        return Err(
+            source.malformed(v.offset, format!("{key} holds a number that is not finite or beyond {:e}", obj::LARGEST))
+        );
     }
     Ok(DVec3::from(v.value))
 }
@@ -185,8 +144,7 @@ pub(crate) fn vector(source: Source<'_>, v: &At<[f64; 3]>, key: &str) -> Result<
 pub(crate) fn unit_vector(source: Source<'_>, v: &At<[f64; 3]>, key: &str) -> Result<DVec3> {
     let d = vector(source, v, key)?;
     let d = d / d.abs().max_element();
-    d.try_normalize()
-        .ok_or_else(|| source.malformed(v.offset, format!("{key} is zero: it gives no direction")))
+    d.try_normalize().ok_or_else(|| source.malformed(v.offset, format!("{key} is zero: it gives no direction")))
 }
 
 /// Names of sky models that exist, built or not.
@@ -197,30 +155,16 @@ fn refuse_unbuilt(source: Source<'_>, file: &SceneFile) -> Result<()> {
         refuse_sky(source, sky)?;
     }
     if let Some(site) = &file.site {
-        return Err(source
-            .unsupported(site.offset, "[site]")
-            .mend("remove the table: only electric light is built"));
+        return Err(source.unsupported(site.offset, "[site]").mend("remove the table: only electric light is built"));
     }
     if let Some(luminaires) = &file.luminaires {
-        let offset = luminaires
-            .value
-            .first()
-            .map_or(luminaires.offset, |l| l.offset);
-        return Err(source
-            .unsupported(offset, "[[luminaires]]")
-            .mend("model the lamp as faces with `emission`"));
+        let offset = luminaires.value.first().map_or(luminaires.offset, |l| l.offset);
+        return Err(source.unsupported(offset, "[[luminaires]]").mend("model the lamp as faces with `emission`"));
     }
     for (name, def) in &file.materials {
-        if let Some(kind) = def
-            .value
-            .kind
-            .as_ref()
-            .filter(|k| k.value == Kind::Translucent)
-        {
+        if let Some(kind) = def.value.kind.as_ref().filter(|k| k.value == Kind::Translucent) {
             let what = format!("material \"{name}\": kind = \"translucent\"");
-            return Err(source
-                .unsupported(kind.offset, &what)
-                .mend("use diffuse, glass or mirror"));
+            return Err(source.unsupported(kind.offset, &what).mend("use diffuse, glass or mirror"));
         }
         if let Some(outside) = &def.value.outside {
             return Err(source
@@ -233,15 +177,10 @@ fn refuse_unbuilt(source: Source<'_>, file: &SceneFile) -> Result<()> {
 
 fn refuse_sky(source: Source<'_>, sky: &At<file::SkyDef>) -> Result<()> {
     let Some(model) = &sky.value.model else {
-        return Err(source
-            .unsupported(sky.offset, "[sky]")
-            .mend("remove the table, or set model = \"none\""));
+        return Err(source.unsupported(sky.offset, "[sky]").mend("remove the table, or set model = \"none\""));
     };
     let name = model.value.as_str();
-    let numbered = name
-        .strip_prefix("cie-")
-        .and_then(|n| n.parse::<u8>().ok())
-        .is_some_and(|n| (1..=15).contains(&n));
+    let numbered = name.strip_prefix("cie-").and_then(|n| n.parse::<u8>().ok()).is_some_and(|n| (1..=15).contains(&n));
     match name {
         "none" => Ok(()),
         _ if numbered || SKY_MODELS.contains(&name) => Err(source
@@ -277,9 +216,7 @@ fn draw(files: &mut Files<'_>, file: &SceneFile, axes: Axes) -> Result<Drawing> 
         let obj = obj::parse(&bytes).map_err(|e| e.in_file(&path))?;
         check_materials(files.source, file, &obj, &path)?;
         warn_obj(files, &obj, name, &path);
-        drawing.add(obj, &name.value, |p| {
-            axes.to_internal(geometry.unit.to_metres(p))
-        });
+        drawing.add(obj, &name.value, |p| axes.to_internal(geometry.unit.to_metres(p)));
     }
     Ok(drawing)
 }
@@ -291,18 +228,15 @@ fn check_materials(source: Source<'_>, file: &SceneFile, obj: &Obj, path: &Path)
         let used = obj.polygons.iter().any(|p| p.material == i);
         if used && !file.materials.contains_key(name) {
             let mend = match suggest::nearest(name, known.iter().copied()) {
-                Some(near) => format!(
-                    "did you mean `{near}`? Otherwise add [materials.{name}] to {}",
-                    source.path.display()
-                ),
+                Some(near) => {
+                    format!("did you mean `{near}`? Otherwise add [materials.{name}] to {}", source.path.display())
+                }
                 None => format!("add [materials.{name}] to {}", source.path.display()),
             };
-            return Err(Error::malformed(format!(
-                "material `{name}` is not described in the scene file"
-            ))
-            .mend(mend)
-            .in_file(path)
-            .at_line(*line));
+            return Err(Error::malformed(format!("material `{name}` is not described in the scene file"))
+                .mend(mend)
+                .in_file(path)
+                .at_line(*line));
         }
     }
     Ok(())
@@ -310,21 +244,11 @@ fn check_materials(source: Source<'_>, file: &SceneFile, obj: &Obj, path: &Path)
 
 fn warn_obj(files: &mut Files<'_>, obj: &Obj, name: &At<String>, path: &Path) {
     for (word, (line, count)) in &obj.skipped {
-        files.warnings.push(format!(
-            "{}:{line}: {count} `{word}` record(s) not read: only polygons are",
-            name.value
-        ));
+        files.warnings.push(format!("{}:{line}: {count} `{word}` record(s) not read: only polygons are", name.value));
     }
     if let Some(library) = obj::library_found(obj, path.parent().unwrap_or_else(|| Path::new(""))) {
-        let library = library
-            .file_name()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .into_owned();
-        files.warnings.push(format!(
-            "{}: {library} is not read: materials come from the scene file",
-            name.value
-        ));
+        let library = library.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        files.warnings.push(format!("{}: {library} is not read: materials come from the scene file", name.value));
     }
 }
 
@@ -333,20 +257,13 @@ impl Drawing {
         let file_index = self.files.len();
         self.files.push(file.to_owned());
         let mut objects = Interned::new(&mut self.objects, obj.objects.iter());
-        let mut materials = Interned::new(
-            &mut self.materials,
-            obj.materials.iter().map(|(name, _)| name),
-        );
-        self.polygons
-            .extend(obj.polygons.into_iter().map(|p| Drawn {
-                ring: p.ring.into_iter().map(&place).collect(),
-                material: materials.index(p.material),
-                object: objects.index(p.object),
-                place: Place {
-                    file: file_index,
-                    line: p.line,
-                },
-            }));
+        let mut materials = Interned::new(&mut self.materials, obj.materials.iter().map(|(name, _)| name));
+        self.polygons.extend(obj.polygons.into_iter().map(|p| Drawn {
+            ring: p.ring.into_iter().map(&place).collect(),
+            material: materials.index(p.material),
+            object: objects.index(p.object),
+            place: Place { file: file_index, line: p.line },
+        }));
     }
 }
 
@@ -358,10 +275,7 @@ struct Interned<'a> {
 
 impl<'a> Interned<'a> {
     fn new(all: &'a mut Vec<String>, local: impl Iterator<Item = &'a String>) -> Self {
-        Self {
-            all,
-            local: local.map(|name| (name, None)).collect(),
-        }
+        Self { all, local: local.map(|name| (name, None)).collect() }
     }
 
     fn index(&mut self, local: usize) -> usize {
@@ -375,31 +289,16 @@ impl<'a> Interned<'a> {
     }
 }
 
-fn face_list(
-    files: &mut Files<'_>,
-    file: &SceneFile,
-    drawing: &Drawing,
-) -> Result<(Vec<Face>, Vec<String>)> {
+fn face_list(files: &mut Files<'_>, file: &SceneFile, drawing: &Drawing) -> Result<(Vec<Face>, Vec<String>)> {
     let emits: Vec<bool> = drawing
         .materials
         .iter()
-        .map(|name| {
-            file.materials
-                .get(name)
-                .is_some_and(|m| m.value.emission.is_some())
-        })
+        .map(|name| file.materials.get(name).is_some_and(|m| m.value.emission.is_some()))
         .collect();
-    let names = Names {
-        files: &drawing.files,
-        objects: &drawing.objects,
-        materials: &drawing.materials,
-    };
+    let names = Names { files: &drawing.files, objects: &drawing.objects, materials: &drawing.materials };
     let (faces, told) = faces::build(&drawing.polygons, names, &emits);
     if faces.is_empty() {
-        let message = format!(
-            "no geometry: none of the {} faces has an area",
-            drawing.polygons.len()
-        );
+        let message = format!("no geometry: none of the {} faces has an area", drawing.polygons.len());
         return Err(files
             .source
             .place(file.geometry.offset, Error::impossible(message))
@@ -415,9 +314,7 @@ fn warn_size(files: &mut Files<'_>, file: &SceneFile, faces: &[Face]) {
     let size = (hi - lo).max_element();
     if !(0.01..=1000.0).contains(&size) {
         let unit = format!("{:?}", file.geometry.value.unit).to_lowercase();
-        files.warnings.push(format!(
-            "the scene is {size:.3e} m across: is unit = \"{unit}\" right?"
-        ));
+        files.warnings.push(format!("the scene is {size:.3e} m across: is unit = \"{unit}\" right?"));
     }
 }
 
@@ -440,18 +337,12 @@ fn materials(
         let index = drawing.materials.iter().position(|n| n == name);
         let area = index.map_or(0.0, |i| areas[i]);
         if area == 0.0 {
-            files
-                .warnings
-                .push(format!("material \"{name}\" is on no face"));
+            files.warnings.push(format!("material \"{name}\" is on no face"));
         }
         resolved.insert(name.as_str(), material::resolve(files, name, def, area)?);
     }
     let internal = || Error::new(ErrorKind::Internal, "a material was lost");
-    drawing
-        .materials
-        .iter()
-        .map(|name| resolved.get(name.as_str()).cloned().ok_or_else(internal))
-        .collect()
+    drawing.materials.iter().map(|name| resolved.get(name.as_str()).cloned().ok_or_else(internal)).collect()
 }
 
 fn bands(source: Source<'_>, def: Option<&BandsDef>) -> Result<BandMode> {
@@ -462,9 +353,7 @@ fn bands(source: Source<'_>, def: Option<&BandsDef>) -> Result<BandMode> {
         ModeDef::Name(ModeName::Auto) => Ok(BandMode::Auto),
         ModeDef::Name(ModeName::Grey) => Ok(BandMode::Grey),
         ModeDef::Name(ModeName::Rgb) => Ok(BandMode::Rgb),
-        ModeDef::Division(division) => {
-            self::division(division).map_err(|e| source.place(mode.offset, e))
-        }
+        ModeDef::Division(division) => self::division(division).map_err(|e| source.place(mode.offset, e)),
     }
 }
 
@@ -476,11 +365,7 @@ const MOST_BANDS: f64 = 1000.0;
 fn division(def: &DivisionDef) -> Result<BandMode> {
     let reach = |lo: f64, hi: f64| RANGE_NM.0 <= lo && lo < hi && hi <= RANGE_NM.1;
     match def {
-        DivisionDef {
-            step_nm: Some(step_nm),
-            range_nm: Some([lo_nm, hi_nm]),
-            edges_nm: None,
-        } => {
+        DivisionDef { step_nm: Some(step_nm), range_nm: Some([lo_nm, hi_nm]), edges_nm: None } => {
             let (step_nm, lo_nm, hi_nm) = (*step_nm, *lo_nm, *hi_nm);
             if !reach(lo_nm, hi_nm) {
                 return Err(Error::malformed(format!(
@@ -493,28 +378,16 @@ fn division(def: &DivisionDef) -> Result<BandMode> {
                     "step_nm = {step_nm} does not divide the range into 1 to {MOST_BANDS} bands"
                 )));
             }
-            Ok(BandMode::Step {
-                step_nm,
-                lo_nm,
-                hi_nm,
-            })
+            Ok(BandMode::Step { step_nm, lo_nm, hi_nm })
         }
-        DivisionDef {
-            step_nm: None,
-            range_nm: None,
-            edges_nm: Some(edges),
-        } => {
+        DivisionDef { step_nm: None, range_nm: None, edges_nm: Some(edges) } => {
             let rising = edges.windows(2).all(|w| reach(w[0], w[1]));
             if edges.len() < 2 || edges.len() as f64 > MOST_BANDS || !rising {
-                return Err(Error::malformed(
-                    "edges_nm needs 2 to 1000 rising wavelengths within 100 to 10000 nm",
-                ));
+                return Err(Error::malformed("edges_nm needs 2 to 1000 rising wavelengths within 100 to 10000 nm"));
             }
             Ok(BandMode::Edges(edges.clone()))
         }
-        _ => Err(Error::malformed(
-            "a division wants `step_nm` with `range_nm`, or `edges_nm` alone",
-        )),
+        _ => Err(Error::malformed("a division wants `step_nm` with `range_nm`, or `edges_nm` alone")),
     }
 }
 
@@ -531,10 +404,7 @@ fn check_names(source: Source<'_>, file: &SceneFile) -> Result<()> {
         let odd = |c: char| c.is_control() || "/\\:*?\"<>|".contains(c);
         if text.contains(odd) || text.starts_with('.') || text.len() > 100 {
             return Err(source
-                .malformed(
-                    name.offset,
-                    format!("the name {text:?} of a {kind} cannot be a file name"),
-                )
+                .malformed(name.offset, format!("the name {text:?} of a {kind} cannot be a file name"))
                 .mend("use letters, digits, blanks, - and _; 100 at most"));
         }
         let mut files = vec![text.to_lowercase()];
@@ -544,10 +414,7 @@ fn check_names(source: Source<'_>, file: &SceneFile) -> Result<()> {
         for stem in files {
             if let Some(other) = taken.insert(stem, kind) {
                 return Err(source
-                    .malformed(
-                        name.offset,
-                        format!("the name \"{text}\" is taken by a {other} already"),
-                    )
+                    .malformed(name.offset, format!("the name \"{text}\" is taken by a {other} already"))
                     .mend("grids and views share the folder of results: give each its own name"));
             }
         }

@@ -18,12 +18,7 @@ const BRIGHT: f64 = 0.95;
 const GLASS_INDEX: f64 = 1.52;
 
 /// Checks one material. `area_m2` is the area of all its faces; 0 if it is on none.
-pub(crate) fn resolve(
-    files: &mut Files<'_>,
-    name: &str,
-    def: &At<MaterialDef>,
-    area_m2: f64,
-) -> Result<Material> {
+pub(crate) fn resolve(files: &mut Files<'_>, name: &str, def: &At<MaterialDef>, area_m2: f64) -> Result<Material> {
     let kind = match def.value.kind.as_ref().map_or(Kind::Diffuse, |k| k.value) {
         Kind::Diffuse | Kind::Translucent => diffuse(files, name, def)?,
         Kind::Glass => glass(files, name, def)?,
@@ -33,29 +28,13 @@ pub(crate) fn resolve(
         Some(emission) => emit(files, name, emission, area_m2)?,
         None => None,
     };
-    Ok(Material {
-        name: name.to_owned(),
-        kind,
-        emission,
-    })
+    Ok(Material { name: name.to_owned(), kind, emission })
 }
 
 fn diffuse(files: &mut Files<'_>, name: &str, def: &At<MaterialDef>) -> Result<MaterialKind> {
     let m = &def.value;
-    refuse(
-        files.source,
-        name,
-        "diffuse",
-        m.transmittance.as_ref().map(|t| t.offset),
-        "transmittance",
-    )?;
-    refuse(
-        files.source,
-        name,
-        "diffuse",
-        m.refractive_index.as_ref().map(|n| n.offset),
-        "refractive_index",
-    )?;
+    refuse(files.source, name, "diffuse", m.transmittance.as_ref().map(|t| t.offset), "transmittance")?;
+    refuse(files.source, name, "diffuse", m.refractive_index.as_ref().map(|n| n.offset), "refractive_index")?;
     let front = match &m.reflectance {
         Some(value) => share(files, name, "reflectance", value)?,
         None if m.emission.is_some() => SpectralValue::Grey(0.0),
@@ -73,23 +52,14 @@ fn mirror(files: &mut Files<'_>, name: &str, def: &At<MaterialDef>) -> Result<Ma
     let m = &def.value;
     let others = [
         (m.transmittance.as_ref().map(|t| t.offset), "transmittance"),
-        (
-            m.refractive_index.as_ref().map(|n| n.offset),
-            "refractive_index",
-        ),
-        (
-            m.reflectance_back.as_ref().map(|r| r.offset),
-            "reflectance_back",
-        ),
+        (m.refractive_index.as_ref().map(|n| n.offset), "refractive_index"),
+        (m.reflectance_back.as_ref().map(|r| r.offset), "reflectance_back"),
         (m.emission.as_ref().map(|e| e.offset), "emission"),
     ];
     for (offset, key) in others {
         refuse(files.source, name, "mirror", offset, key)?;
     }
-    let value = m
-        .reflectance
-        .as_ref()
-        .ok_or_else(|| missing(files.source, name, def, "reflectance"))?;
+    let value = m.reflectance.as_ref().ok_or_else(|| missing(files.source, name, def, "reflectance"))?;
     let reflectance = share(files, name, "reflectance", value)?;
     warn_bright(files, name, reflectance.max());
     Ok(MaterialKind::Mirror { reflectance })
@@ -99,20 +69,14 @@ fn glass(files: &mut Files<'_>, name: &str, def: &At<MaterialDef>) -> Result<Mat
     let m = &def.value;
     let others = [
         (m.reflectance.as_ref().map(|r| r.offset), "reflectance"),
-        (
-            m.reflectance_back.as_ref().map(|r| r.offset),
-            "reflectance_back",
-        ),
+        (m.reflectance_back.as_ref().map(|r| r.offset), "reflectance_back"),
         (m.emission.as_ref().map(|e| e.offset), "emission"),
     ];
     for (offset, key) in others {
         refuse(files.source, name, "glass", offset, key)?;
     }
     let refractive_index = refractive_index(files.source, name, m.refractive_index.as_ref())?;
-    let value = m
-        .transmittance
-        .as_ref()
-        .ok_or_else(|| missing(files.source, name, def, "transmittance"))?;
+    let value = m.transmittance.as_ref().ok_or_else(|| missing(files.source, name, def, "transmittance"))?;
     let transmittance = share(files, name, "transmittance", value)?;
     let most = clear_transmittance(refractive_index);
     if transmittance.max() > most + 1e-9 {
@@ -124,10 +88,7 @@ fn glass(files: &mut Files<'_>, name: &str, def: &At<MaterialDef>) -> Result<Mat
             "give the measured transmittance at normal incidence (not the transmissivity), or `refractive_index` of the coated pane",
         ));
     }
-    Ok(MaterialKind::Glass {
-        transmittance,
-        refractive_index,
-    })
+    Ok(MaterialKind::Glass { transmittance, refractive_index })
 }
 
 /// Normal transmittance of a slab that absorbs nothing, with all reflections between its faces:
@@ -142,72 +103,48 @@ fn refractive_index(source: Source<'_>, name: &str, def: Option<&At<f64>>) -> Re
     if (1.0..=4.0).contains(&n.value) {
         return Ok(n.value);
     }
-    let message = format!(
-        "material \"{name}\": refractive index {} is not within 1 to 4",
-        n.value
-    );
-    Err(source
-        .impossible(n.offset, message)
-        .mend("window glass has 1.52"))
+    let message = format!("material \"{name}\": refractive index {} is not within 1 to 4", n.value);
+    Err(source.impossible(n.offset, message).mend("window glass has 1.52"))
 }
 
 /// A key that does not belong to this kind of material.
-fn refuse(
-    source: Source<'_>,
-    name: &str,
-    kind: &str,
-    offset: Option<usize>,
-    key: &str,
-) -> Result<()> {
+fn refuse(source: Source<'_>, name: &str, kind: &str, offset: Option<usize>, key: &str) -> Result<()> {
     let Some(offset) = offset else { return Ok(()) };
     let mend = match key {
         "transmittance" | "refractive_index" => "set kind = \"glass\", or remove the key",
         "emission" => "only diffuse faces emit: give the lamp a face of its own",
         _ => "remove the key, or choose another kind",
     };
-    Err(source
-        .malformed(
-            offset,
-            format!("material \"{name}\": a {kind} material has no `{key}`"),
-        )
-        .mend(mend))
+    Err(source.malformed(offset, format!("material \"{name}\": a {kind} material has no `{key}`")).mend(mend))
 }
 
 fn missing(source: Source<'_>, name: &str, def: &At<MaterialDef>, key: &str) -> Error {
     source
         .malformed(def.offset, format!("material \"{name}\" has no `{key}`"))
-        .mend(format!(
-            "add {key} = 0.5 (or [r, g, b], or a spectrum file)"
-        ))
+        .mend(format!("add {key} = 0.5 (or [r, g, b], or a spectrum file)"))
 }
 
 fn warn_bright(files: &mut Files<'_>, name: &str, most: f64) {
     if most >= 1.0 {
-        files.warnings.push(format!("material \"{name}\": reflectance 1 absorbs nothing: a closed room of it has no finite solution"));
+        files.warnings.push(format!(
+            "material \"{name}\": reflectance 1 absorbs nothing: a closed room of it has no finite solution"
+        ));
     } else if most > BRIGHT {
         let gain = 1.0 / (1.0 - most);
-        files.warnings.push(format!("material \"{name}\": reflectance {most} multiplies light up to {gain:.0} times between such walls"));
+        files.warnings.push(format!(
+            "material \"{name}\": reflectance {most} multiplies light up to {gain:.0} times between such walls"
+        ));
     }
 }
 
 /// A value that must lie within 0 to 1 in every channel and sample.
-fn share(
-    files: &mut Files<'_>,
-    name: &str,
-    key: &str,
-    def: &At<ValueDef>,
-) -> Result<SpectralValue> {
+fn share(files: &mut Files<'_>, name: &str, key: &str, def: &At<ValueDef>) -> Result<SpectralValue> {
     let value = match &def.value {
         ValueDef::Number(v) => SpectralValue::Grey(*v),
         ValueDef::Rgb(rgb) => SpectralValue::Rgb(*rgb),
-        ValueDef::File(file) => SpectralValue::Spectrum(curve(
-            files,
-            &At {
-                value: file.clone(),
-                offset: def.offset,
-            },
-            Beyond::Hold,
-        )?),
+        ValueDef::File(file) => {
+            SpectralValue::Spectrum(curve(files, &At { value: file.clone(), offset: def.offset }, Beyond::Hold)?)
+        }
     };
     for (v, place) in samples(&value) {
         let wrong = if v > 1.0 {
@@ -220,9 +157,10 @@ fn share(
             continue;
         };
         let message = format!("material \"{name}\": {key} {v}{place} {wrong}");
-        return Err(files.source.impossible(def.offset, message).mend(
-            "give shares from 0 to 1; measured tables above 1 usually are percent or fluorescent",
-        ));
+        return Err(files
+            .source
+            .impossible(def.offset, message)
+            .mend("give shares from 0 to 1; measured tables above 1 usually are percent or fluorescent"));
     }
     Ok(value)
 }
@@ -231,16 +169,10 @@ fn share(
 fn samples(value: &SpectralValue) -> Vec<(f64, String)> {
     match value {
         SpectralValue::Grey(v) => vec![(*v, String::new())],
-        SpectralValue::Rgb(rgb) => rgb
-            .iter()
-            .zip(["red", "green", "blue"])
-            .map(|(v, c)| (*v, format!(" ({c} channel)")))
-            .collect(),
-        SpectralValue::Spectrum(s) => s
-            .knots_nm()
-            .iter()
-            .map(|nm| (s.at(*nm), format!(" at {nm} nm")))
-            .collect(),
+        SpectralValue::Rgb(rgb) => {
+            rgb.iter().zip(["red", "green", "blue"]).map(|(v, c)| (*v, format!(" ({c} channel)"))).collect()
+        }
+        SpectralValue::Spectrum(s) => s.knots_nm().iter().map(|nm| (s.at(*nm), format!(" at {nm} nm"))).collect(),
     }
 }
 
@@ -251,12 +183,7 @@ fn curve(files: &mut Files<'_>, name: &At<String>, beyond: Beyond) -> Result<Spe
 }
 
 /// The emission of a material on `area_m2` of faces; none where it is on no face.
-fn emit(
-    files: &mut Files<'_>,
-    name: &str,
-    def: &At<EmissionDef>,
-    area_m2: f64,
-) -> Result<Option<Emission>> {
+fn emit(files: &mut Files<'_>, name: &str, def: &At<EmissionDef>, area_m2: f64) -> Result<Option<Emission>> {
     let e = &def.value;
     let two_sided = e.two_sided;
     let relative = match &e.spectrum {
@@ -268,19 +195,13 @@ fn emit(
         if let Some(spectrum) = &e.spectrum {
             return Err(files
                 .source
-                .malformed(
-                    spectrum.offset,
-                    format!("material \"{name}\": `radiance` is a spectrum already"),
-                )
+                .malformed(spectrum.offset, format!("material \"{name}\": `radiance` is a spectrum already"))
                 .mend("remove `spectrum`"));
         }
         let radiance = curve(files, file, Beyond::Zero)?;
         check_curve(files.source, name, file.offset, &radiance)?;
         warn_dark(files, name, radiance.max());
-        return Ok(Some(Emission {
-            radiance,
-            two_sided,
-        }));
+        return Ok(Some(Emission { radiance, two_sided }));
     }
     let (luminance, offset) = luminance(files.source, name, def, area_m2)?;
     if !luminance.is_finite() {
@@ -290,57 +211,36 @@ fn emit(
     if !(per_unit > 0.0 && per_unit.is_finite()) {
         return Err(files
             .source
-            .impossible(
-                offset,
-                format!("material \"{name}\": its spectrum holds no visible light to scale"),
-            )
+            .impossible(offset, format!("material \"{name}\": its spectrum holds no visible light to scale"))
             .mend("state `radiance` in W/(m² sr nm) for light outside the visible range"));
     }
     warn_dark(files, name, luminance);
-    Ok(Some(Emission {
-        radiance: relative.scaled(luminance / per_unit),
-        two_sided,
-    }))
+    Ok(Some(Emission { radiance: relative.scaled(luminance / per_unit), two_sided }))
 }
 
 fn warn_dark(files: &mut Files<'_>, name: &str, most: f64) {
     if most == 0.0 {
-        files
-            .warnings
-            .push(format!("material \"{name}\": its emission is zero"));
+        files.warnings.push(format!("material \"{name}\": its emission is zero"));
     }
 }
 
 /// Exactly one of the four quantities.
 fn only(source: Source<'_>, name: &str, def: &At<EmissionDef>, wanted: usize) -> Result<()> {
     let e = &def.value;
-    let given = [
-        e.luminance_cd_m2.is_some(),
-        e.exitance_lm_m2.is_some(),
-        e.flux_lm.is_some(),
-        e.radiance.is_some(),
-    ];
+    let given = [e.luminance_cd_m2.is_some(), e.exitance_lm_m2.is_some(), e.flux_lm.is_some(), e.radiance.is_some()];
     if given.iter().filter(|g| **g).count() == wanted {
         return Ok(());
     }
     Err(source
         .malformed(
             def.offset,
-            format!(
-                "material \"{name}\": its emission states {} quantities",
-                given.iter().filter(|g| **g).count()
-            ),
+            format!("material \"{name}\": its emission states {} quantities", given.iter().filter(|g| **g).count()),
         )
         .mend("state exactly one of luminance_cd_m2, exitance_lm_m2, flux_lm, radiance"))
 }
 
 /// Luminance, cd/m², and where it stands; not finite where a flux has no face to leave from.
-fn luminance(
-    source: Source<'_>,
-    name: &str,
-    def: &At<EmissionDef>,
-    area_m2: f64,
-) -> Result<(f64, usize)> {
+fn luminance(source: Source<'_>, name: &str, def: &At<EmissionDef>, area_m2: f64) -> Result<(f64, usize)> {
     only(source, name, def, 1)?;
     let e = &def.value;
     let sides = if e.two_sided { 2.0 } else { 1.0 };
@@ -354,50 +254,28 @@ fn luminance(
         check_number(source, Some(q), key)?;
         if q.value < 0.0 {
             return Err(source
-                .impossible(
-                    q.offset,
-                    format!("material \"{name}\": {key} = {} is negative", q.value),
-                )
+                .impossible(q.offset, format!("material \"{name}\": {key} = {} is negative", q.value))
                 .mend("light cannot be taken away"));
         }
-        let luminance = if per_luminance == 0.0 {
-            f64::INFINITY
-        } else {
-            q.value / per_luminance
-        };
+        let luminance = if per_luminance == 0.0 { f64::INFINITY } else { q.value / per_luminance };
         return Ok((luminance, q.offset));
     }
-    Err(Error::new(
-        crate::error::ErrorKind::Internal,
-        "an emission without a quantity",
-    ))
+    Err(Error::new(crate::error::ErrorKind::Internal, "an emission without a quantity"))
 }
 
 /// The relative spectrum asked for.
 fn relative(files: &mut Files<'_>, name: &str, def: &At<SpectrumDef>) -> Result<Spectrum> {
     match &def.value {
-        SpectrumDef::Kelvin(kelvin) => {
-            spectrum::from_cct(*kelvin).map_err(|e| files.source.place(def.offset, e))
-        }
+        SpectrumDef::Kelvin(kelvin) => spectrum::from_cct(*kelvin).map_err(|e| files.source.place(def.offset, e)),
         SpectrumDef::Name(text) if text.to_lowercase().ends_with(".csv") => {
-            let curve = curve(
-                files,
-                &At {
-                    value: text.clone(),
-                    offset: def.offset,
-                },
-                Beyond::Hold,
-            )?;
+            let curve = curve(files, &At { value: text.clone(), offset: def.offset }, Beyond::Hold)?;
             check_curve(files.source, name, def.offset, &curve)?;
             Ok(curve)
         }
         SpectrumDef::Name(text) => spectrum::illuminant(text).ok_or_else(|| {
             files
                 .source
-                .malformed(
-                    def.offset,
-                    format!("material \"{name}\": unknown illuminant `{text}`"),
-                )
+                .malformed(def.offset, format!("material \"{name}\": unknown illuminant `{text}`"))
                 .mend(suggest::mend(text, spectrum::illuminant_names()))
         }),
     }
@@ -408,13 +286,7 @@ fn check_curve(source: Source<'_>, name: &str, offset: usize, curve: &Spectrum) 
         return Ok(());
     }
     Err(source
-        .impossible(
-            offset,
-            format!(
-                "material \"{name}\": its spectrum is negative somewhere ({})",
-                curve.min()
-            ),
-        )
+        .impossible(offset, format!("material \"{name}\": its spectrum is negative somewhere ({})", curve.min()))
         .mend("set noise below zero to zero"))
 }
 

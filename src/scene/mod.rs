@@ -34,13 +34,8 @@ use crate::spectrum::{BandMode, SpectralValue, Spectrum};
 /// UTF-8 text without a byte order mark, or the line of the first byte that is none.
 fn text(bytes: &[u8]) -> crate::Result<&str> {
     let text = std::str::from_utf8(bytes).map_err(|e| {
-        let line = 1 + bytes[..e.valid_up_to()]
-            .iter()
-            .filter(|b| **b == b'\n')
-            .count();
-        crate::Error::malformed("a byte that is not UTF-8 text")
-            .mend("save the file as UTF-8")
-            .at_line(line)
+        let line = 1 + bytes[..e.valid_up_to()].iter().filter(|b| **b == b'\n').count();
+        crate::Error::malformed("a byte that is not UTF-8 text").mend("save the file as UTF-8").at_line(line)
     })?;
     Ok(text.strip_prefix('\u{feff}').unwrap_or(text))
 }

@@ -28,11 +28,7 @@ pub(crate) struct Welder {
 impl Welder {
     /// Points within `tolerance` (metres) are one.
     pub(crate) fn new(tolerance: f64) -> Self {
-        Self {
-            tolerance: tolerance.max(f64::MIN_POSITIVE),
-            cells: HashMap::new(),
-            points: Vec::new(),
-        }
+        Self { tolerance: tolerance.max(f64::MIN_POSITIVE), cells: HashMap::new(), points: Vec::new() }
     }
 
     /// Number of the point.
@@ -43,26 +39,17 @@ impl Welder {
             return id;
         }
         self.points.push(p);
-        self.cells
-            .entry(cell)
-            .or_default()
-            .push(self.points.len() - 1);
+        self.cells.entry(cell).or_default().push(self.points.len() - 1);
         self.points.len() - 1
     }
 
     fn near(&self, p: DVec3, cell: [i64; 3]) -> Option<usize> {
         for i in 0..27 {
             let at = |axis: usize, d: i64| cell[axis].saturating_add(d - 1);
-            let Some(ids) = self
-                .cells
-                .get(&[at(0, i % 3), at(1, i / 3 % 3), at(2, i / 9)])
-            else {
+            let Some(ids) = self.cells.get(&[at(0, i % 3), at(1, i / 3 % 3), at(2, i / 9)]) else {
                 continue;
             };
-            if let Some(id) = ids
-                .iter()
-                .find(|id| self.points[**id].distance(p) <= self.tolerance)
-            {
+            if let Some(id) = ids.iter().find(|id| self.points[**id].distance(p) <= self.tolerance) {
                 return Some(*id);
             }
         }
@@ -81,10 +68,7 @@ pub(crate) fn weld_tolerance(lo: DVec3, hi: DVec3) -> f64 {
 }
 
 /// The open edges of a set of faces.
-pub(crate) fn open_edges<'a>(
-    rings: impl IntoIterator<Item = &'a [DVec3]>,
-    tolerance: f64,
-) -> Vec<OpenEdge> {
+pub(crate) fn open_edges<'a>(rings: impl IntoIterator<Item = &'a [DVec3]>, tolerance: f64) -> Vec<OpenEdge> {
     let mut welder = Welder::new(tolerance);
     let mut net: BTreeMap<(usize, usize), i64> = BTreeMap::new();
     for ring in rings {
@@ -97,19 +81,10 @@ pub(crate) fn open_edges<'a>(
     let mut lines: BTreeMap<[i64; 6], Line> = BTreeMap::new();
     for ((a, b), count) in net {
         if count != 0 && a != b {
-            add_to_line(
-                &mut lines,
-                welder.point(a),
-                welder.point(b),
-                count,
-                tolerance,
-            );
+            add_to_line(&mut lines, welder.point(a), welder.point(b), count, tolerance);
         }
     }
-    lines
-        .values()
-        .flat_map(|line| line.open(tolerance))
-        .collect()
+    lines.values().flat_map(|line| line.open(tolerance)).collect()
 }
 
 /// A carrying line with the intervals on it.
@@ -120,41 +95,26 @@ struct Line {
     events: Vec<(f64, i64)>,
 }
 
-fn add_to_line(
-    lines: &mut BTreeMap<[i64; 6], Line>,
-    a: DVec3,
-    b: DVec3,
-    count: i64,
-    tolerance: f64,
-) {
+fn add_to_line(lines: &mut BTreeMap<[i64; 6], Line>, a: DVec3, b: DVec3, count: i64, tolerance: f64) {
     let direction = upright((b - a).normalize());
     let foot = a - direction * a.dot(direction);
     let cell = 1e3 * tolerance;
     let key = |v: DVec3, cell: f64| [v.x, v.y, v.z].map(|x| (x / cell).round() as i64);
     let (d, f) = (key(direction, 1e-5), key(foot, cell));
-    let line = lines
-        .entry([d[0], d[1], d[2], f[0], f[1], f[2]])
-        .or_insert_with(|| Line {
-            foot,
-            direction,
-            events: Vec::new(),
-        });
+    let line = lines.entry([d[0], d[1], d[2], f[0], f[1], f[2]]).or_insert_with(|| Line {
+        foot,
+        direction,
+        events: Vec::new(),
+    });
     let (from, to) = (a.dot(line.direction), b.dot(line.direction));
-    let (lo, hi, count) = if from < to {
-        (from, to, count)
-    } else {
-        (to, from, -count)
-    };
+    let (lo, hi, count) = if from < to { (from, to, count) } else { (to, from, -count) };
     line.events.push((lo, count));
     line.events.push((hi, -count));
 }
 
 /// The direction or its opposite, so that both name the same line.
 fn upright(d: DVec3) -> DVec3 {
-    let lead = [d.x, d.y, d.z]
-        .into_iter()
-        .find(|c| c.abs() > 1e-6)
-        .unwrap_or(1.0);
+    let lead = [d.x, d.y, d.z].into_iter().find(|c| c.abs() > 1e-6).unwrap_or(1.0);
     if lead < 0.0 { -d } else { d }
 }
 
@@ -168,16 +128,9 @@ impl Line {
         for pair in events.windows(2) {
             count += pair[0].1;
             if count != 0 && pair[1].0 - pair[0].0 > 4.0 * tolerance {
-                let (lo, hi) = (
-                    self.foot + self.direction * pair[0].0,
-                    self.foot + self.direction * pair[1].0,
-                );
+                let (lo, hi) = (self.foot + self.direction * pair[0].0, self.foot + self.direction * pair[1].0);
                 let (from, to) = if count > 0 { (lo, hi) } else { (hi, lo) };
-                found.push(OpenEdge {
-                    from,
-                    to,
-                    net: count.unsigned_abs() as u32,
-                });
+                found.push(OpenEdge { from, to, net: count.unsigned_abs() as u32 });
             }
         }
         found
@@ -189,10 +142,7 @@ mod tests {
     use super::*;
 
     fn ring(points: &[(f64, f64)]) -> Vec<DVec3> {
-        points
-            .iter()
-            .map(|(x, y)| DVec3::new(*x, *y, 1.0))
-            .collect()
+        points.iter().map(|(x, y)| DVec3::new(*x, *y, 1.0)).collect()
     }
 
     fn length(edges: &[OpenEdge]) -> f64 {
@@ -205,10 +155,7 @@ mod tests {
         let low = ring(&[(1.0, 0.0), (2.0, 0.0), (2.0, 0.7), (1.0, 0.7)]);
         let high = ring(&[(1.0, 0.7), (2.0, 0.7), (2.0, 2.0), (1.0, 2.0)]);
         let open = open_edges([&left[..], &low, &high], 1e-9);
-        assert!(
-            (length(&open) - 8.0).abs() < 1e-9 && open.iter().all(|e| e.net == 1),
-            "{open:?}"
-        );
+        assert!((length(&open) - 8.0).abs() < 1e-9 && open.iter().all(|e| e.net == 1), "{open:?}");
     }
 
     #[test]

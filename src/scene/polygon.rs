@@ -44,10 +44,7 @@ pub(crate) fn area_vector(ring: &[DVec3]) -> DVec3 {
     let Some(&o) = ring.first() else {
         return DVec3::ZERO;
     };
-    ring.windows(2)
-        .map(|w| (w[0] - o).cross(w[1] - o))
-        .sum::<DVec3>()
-        * 0.5
+    ring.windows(2).map(|w| (w[0] - o).cross(w[1] - o)).sum::<DVec3>() * 0.5
 }
 
 /// Diagonal of the bounding box.
@@ -55,19 +52,13 @@ pub(crate) fn size(points: &[DVec3]) -> f64 {
     let Some(&first) = points.first() else {
         return 0.0;
     };
-    let (lo, hi) = points
-        .iter()
-        .fold((first, first), |(lo, hi), p| (lo.min(*p), hi.max(*p)));
+    let (lo, hi) = points.iter().fold((first, first), |(lo, hi), p| (lo.min(*p), hi.max(*p)));
     (hi - lo).length()
 }
 
 /// Rounding of coordinates of this magnitude, with a margin; metres.
 fn rounding(ring: &[DVec3]) -> f64 {
-    4.0 * f64::EPSILON
-        * ring
-            .iter()
-            .map(|p| p.abs().max_element())
-            .fold(0.0, f64::max)
+    4.0 * f64::EPSILON * ring.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max)
 }
 
 /// Turns a ring into convex planar pieces.
@@ -119,9 +110,7 @@ fn without_collinear(ring: &[DVec3], noise: f64) -> Vec<DVec3> {
 /// Greatest distance of a vertex from the plane through the centre.
 fn deviation(ring: &[DVec3], normal: DVec3) -> f64 {
     let centre = ring.iter().sum::<DVec3>() / ring.len() as f64;
-    ring.iter()
-        .map(|p| (*p - centre).dot(normal).abs())
-        .fold(0.0, f64::max)
+    ring.iter().map(|p| (*p - centre).dot(normal).abs()).fold(0.0, f64::max)
 }
 
 /// Turns left at every corner, and once around in all.
@@ -151,10 +140,7 @@ pub(crate) fn basis(normal: DVec3) -> (DVec3, DVec3) {
 fn cut(ring: &[DVec3], area: DVec3, deviation: f64, least_area: f64) -> Shape {
     let normal = area.normalize();
     let (u, v) = basis(normal);
-    let flat: Vec<[f64; 2]> = ring
-        .iter()
-        .map(|p| [(*p - ring[0]).dot(u), (*p - ring[0]).dot(v)])
-        .collect();
+    let flat: Vec<[f64; 2]> = ring.iter().map(|p| [(*p - ring[0]).dot(u), (*p - ring[0]).dot(v)]).collect();
     let mut corners: Vec<usize> = Vec::new();
     Earcut::new().earcut_slice(&flat, &[], &mut corners);
     earcut::refine(&mut corners, &flat);
@@ -175,11 +161,7 @@ fn cut(ring: &[DVec3], area: DVec3, deviation: f64, least_area: f64) -> Shape {
     if pieces.is_empty() {
         return Shape::Degenerate(Degeneracy::Flat);
     }
-    Shape::Pieces {
-        pieces,
-        deviation,
-        excess: (covered / area.length() - 1.0).abs(),
-    }
+    Shape::Pieces { pieces, deviation, excess: (covered / area.length() - 1.0).abs() }
 }
 
 /// The part of convex polygon `a` inside convex polygon `b` (both counter-clockwise): its area.
@@ -202,10 +184,7 @@ pub(crate) fn overlap_area(a: &[DVec2], b: &[DVec2]) -> f64 {
         part = next;
     }
     let Some(&o) = part.first() else { return 0.0 };
-    0.5 * part
-        .windows(2)
-        .map(|w| (w[0] - o).perp_dot(w[1] - o))
-        .sum::<f64>()
+    0.5 * part.windows(2).map(|w| (w[0] - o).perp_dot(w[1] - o)).sum::<f64>()
 }
 
 /// Does `p`, in the plane, lie in the convex face (edges included within `tolerance`, metres)?
@@ -224,10 +203,7 @@ mod tests {
     use super::*;
 
     fn flat(points: &[(f64, f64)]) -> Vec<DVec3> {
-        points
-            .iter()
-            .map(|(x, y)| DVec3::new(*x, *y, 0.0))
-            .collect()
+        points.iter().map(|(x, y)| DVec3::new(*x, *y, 0.0)).collect()
     }
 
     fn total(pieces: &[Vec<DVec3>]) -> f64 {
@@ -236,49 +212,19 @@ mod tests {
 
     #[test]
     fn a_concave_l_becomes_triangles_of_its_exact_area() {
-        let l = flat(&[
-            (0.0, 0.0),
-            (3.0, 0.0),
-            (3.0, 1.0),
-            (1.0, 1.0),
-            (1.0, 2.0),
-            (0.0, 2.0),
-        ]);
+        let l = flat(&[(0.0, 0.0), (3.0, 0.0), (3.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)]);
         for ring in [l.clone(), l.iter().rev().copied().collect()] {
-            let Shape::Pieces {
-                pieces,
-                deviation,
-                excess,
-            } = shape(&ring)
-            else {
-                panic!("must be cut")
-            };
+            let Shape::Pieces { pieces, deviation, excess } = shape(&ring) else { panic!("must be cut") };
             assert!((total(&pieces) - 4.0).abs() < 1e-14 && deviation < 1e-15 && excess < 1e-14);
             let normal = area_vector(&ring).normalize();
-            assert!(
-                pieces
-                    .iter()
-                    .all(|p| area_vector(p).normalize().distance(normal) < 1e-12),
-                "winding kept"
-            );
+            assert!(pieces.iter().all(|p| area_vector(p).normalize().distance(normal) < 1e-12), "winding kept");
         }
     }
 
     #[test]
     fn a_convex_ring_stays_one_and_loses_only_needless_vertices() {
-        let ring = flat(&[
-            (0.0, 0.0),
-            (1.0, 0.0),
-            (1.0, 0.0),
-            (2.0, 0.0),
-            (2.0, 1.0),
-            (0.0, 1.0),
-            (0.0, 0.0),
-        ]);
-        assert_eq!(
-            shape(&ring),
-            Shape::Convex(flat(&[(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0)]))
-        );
+        let ring = flat(&[(0.0, 0.0), (1.0, 0.0), (1.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0), (0.0, 0.0)]);
+        assert_eq!(shape(&ring), Shape::Convex(flat(&[(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0)])));
     }
 
     #[test]
@@ -291,10 +237,8 @@ mod tests {
 
     #[test]
     fn a_star_is_not_convex_though_it_turns_left_throughout() {
-        let star: Vec<_> = (0..5)
-            .map(|i| f64::from(i) * 0.8 * std::f64::consts::PI)
-            .map(|a| (a.cos(), a.sin()))
-            .collect();
+        let star: Vec<_> =
+            (0..5).map(|i| f64::from(i) * 0.8 * std::f64::consts::PI).map(|a| (a.cos(), a.sin())).collect();
         assert!(!matches!(shape(&flat(&star)), Shape::Convex(_)));
     }
 
@@ -302,12 +246,7 @@ mod tests {
     fn a_warped_quad_is_split_and_its_deviation_told() {
         let mut ring = flat(&[(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]);
         ring[2].z = 0.1;
-        let Shape::Pieces {
-            pieces, deviation, ..
-        } = shape(&ring)
-        else {
-            panic!("must be cut")
-        };
+        let Shape::Pieces { pieces, deviation, .. } = shape(&ring) else { panic!("must be cut") };
         assert_eq!(pieces.len(), 2);
         assert!((0.015..0.03).contains(&deviation), "{deviation}");
     }
@@ -323,9 +262,7 @@ mod tests {
 
     #[test]
     fn overlap_of_shifted_squares() {
-        let square = |x: f64| {
-            [(x, 0.0), (x + 1.0, 0.0), (x + 1.0, 1.0), (x, 1.0)].map(|(x, y)| DVec2::new(x, y))
-        };
+        let square = |x: f64| [(x, 0.0), (x + 1.0, 0.0), (x + 1.0, 1.0), (x, 1.0)].map(|(x, y)| DVec2::new(x, y));
         assert!((overlap_area(&square(0.0), &square(0.25)) - 0.75).abs() < 1e-15);
         assert_eq!(overlap_area(&square(0.0), &square(1.0)), 0.0);
     }

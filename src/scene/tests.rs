@@ -63,15 +63,9 @@ fn shorten(result: Result<Scene>) -> String {
 #[test]
 fn a_plain_scene_is_read() {
     let s = scene("title = \"x\"\n".replace("title = \"x\"\n", "").as_str());
-    assert_eq!(
-        (s.title.as_str(), s.faces.len(), s.axes),
-        ("s", 1, Axes::ZUp)
-    );
+    assert_eq!((s.title.as_str(), s.faces.len(), s.axes), ("s", 1, Axes::ZUp));
     assert_eq!((s.faces[0].normal, s.faces[0].area_m2), (DVec3::Z, 2.0));
-    assert_eq!(
-        (s.objects.as_slice(), s.materials[0].name.as_str()),
-        (&["slab".to_owned()][..], "wall")
-    );
+    assert_eq!((s.objects.as_slice(), s.materials[0].name.as_str()), (&["slab".to_owned()][..], "wall"));
     let names: Vec<_> = s.inputs.iter().map(|i| i.path.to_str().unwrap()).collect();
     assert_eq!(names, ["s.toml", "a.obj"]);
     assert_eq!(s.inputs[1].sha256.len(), 64);
@@ -84,79 +78,44 @@ fn a_y_up_scene_in_millimetres_is_turned_and_scaled() {
     let toml = "[geometry]\nfiles = [\"a.obj\"]\nunit = \"mm\"\nup = \"y\"\n[materials.wall]\nreflectance = 0.5\n\
                 [[grids]]\nname = \"g\"\nplane = { origin_m = [0, 0.5, 0], u_m = [2, 0, 0], v_m = [0, 0, -1], nu = 1, nv = 1 }\n\
                 [[views]]\nname = \"v\"\nposition_m = [0, 1, 3]\ndirection = [0, 0, -2]\nfov_deg = 60\npixels = [8, 8]\n";
-    let s = Folder::new(&[("a.obj", obj), ("s.toml", toml)])
-        .load()
-        .unwrap();
-    assert_eq!(
-        s.faces[0].normal,
-        DVec3::Z,
-        "a floor that faces +y in the file faces up"
-    );
+    let s = Folder::new(&[("a.obj", obj), ("s.toml", toml)]).load().unwrap();
+    assert_eq!(s.faces[0].normal, DVec3::Z, "a floor that faces +y in the file faces up");
     assert_eq!(s.faces[0].vertices[2], DVec3::new(2.0, -1.0, 0.0));
     let sensor = s.grids[0].sensors[0];
-    assert!(
-        sensor.position.distance(DVec3::new(1.0, 0.5, 0.5)) < 1e-12
-            && sensor.normal.distance(DVec3::Z) < 1e-12
-    );
+    assert!(sensor.position.distance(DVec3::new(1.0, 0.5, 0.5)) < 1e-12 && sensor.normal.distance(DVec3::Z) < 1e-12);
     assert_eq!(s.axes.to_user(sensor.position), DVec3::new(1.0, 0.5, -0.5));
     assert_eq!((s.views[0].direction, s.views[0].up), (DVec3::Y, DVec3::Z));
 }
 
 #[test]
 fn impossible_reflectances_name_line_channel_and_wavelength() {
-    let e = error(
-        "[materials.red]\nreflectance = [1.2, 0.7, 0.3]\n[materials.wall]\nreflectance = 0.5\n",
-    );
-    assert!(
-        e.starts_with(
-            "s.toml:6: material \"red\": reflectance 1.2 (red channel) exceeds 1\n  mend: "
-        ),
-        "{e}"
-    );
+    let e = error("[materials.red]\nreflectance = [1.2, 0.7, 0.3]\n[materials.wall]\nreflectance = 0.5\n");
+    assert!(e.starts_with("s.toml:6: material \"red\": reflectance 1.2 (red channel) exceeds 1\n  mend: "), "{e}");
     assert!(
         error("[materials.wall]\nreflectance = -0.1\n")
             .contains("s.toml:6: material \"wall\": reflectance -0.1 is negative")
     );
     assert!(error("[materials.wall]\nreflectance = nan\n").contains("is no number"));
-    let folder = Folder::new(&[
-        ("a.obj", ROOM),
-        (
-            "s.toml",
-            &format!("{HEAD}[materials.wall]\nreflectance = \"r.csv\"\n"),
-        ),
-    ]);
+    let folder =
+        Folder::new(&[("a.obj", ROOM), ("s.toml", &format!("{HEAD}[materials.wall]\nreflectance = \"r.csv\"\n"))]);
     folder.write("r.csv", b"wavelength_nm,value\n400,0.5\n610,1.07\n");
     assert!(shorten(folder.load()).contains("reflectance 1.07 at 610 nm exceeds 1"));
     assert!(
-        error("[materials.wall]\nkind = \"diffuse\"\n")
-            .contains("s.toml:5: material \"wall\" has no `reflectance`")
+        error("[materials.wall]\nkind = \"diffuse\"\n").contains("s.toml:5: material \"wall\" has no `reflectance`")
     );
 }
 
 #[test]
 fn bright_materials_are_told_their_gain() {
     let s = scene_of("[materials.wall]\nreflectance = 0.99\n").unwrap();
-    assert!(
-        s.warnings[0].contains("up to 100 times"),
-        "{:?}",
-        s.warnings
-    );
-    assert!(
-        scene_of("[materials.wall]\nreflectance = 1\n")
-            .unwrap()
-            .warnings[0]
-            .contains("no finite solution")
-    );
+    assert!(s.warnings[0].contains("up to 100 times"), "{:?}", s.warnings);
+    assert!(scene_of("[materials.wall]\nreflectance = 1\n").unwrap().warnings[0].contains("no finite solution"));
 }
 
 #[test]
 fn a_material_that_is_not_described_names_the_obj_line() {
     let e = error("[materials.wal]\nreflectance = 0.5\n");
-    assert!(
-        e.contains("a.obj:6: material `wall` is not described")
-            && e.contains("did you mean `wal`?"),
-        "{e}"
-    );
+    assert!(e.contains("a.obj:6: material `wall` is not described") && e.contains("did you mean `wal`?"), "{e}");
     let s = scene("[materials.unused]\nreflectance = 0.2\n");
     assert_eq!(s.warnings, ["material \"unused\" is on no face"]);
 }
@@ -174,18 +133,9 @@ fn photometric_quantities_are_exact_through_v_lambda() {
     ] {
         let s = scene_of(&format!("[materials.wall]\nemission = {{ {quantity} }}\n")).unwrap();
         let emission = s.materials[0].emission.as_ref().unwrap();
-        assert!(
-            (emission.radiance.luminous() / luminance - 1.0).abs() < 1e-12,
-            "{quantity}"
-        );
-        let MaterialKind::Diffuse { front, .. } = &s.materials[0].kind else {
-            panic!()
-        };
-        assert_eq!(
-            front.max(),
-            0.0,
-            "an emitter without a stated reflectance has none"
-        );
+        assert!((emission.radiance.luminous() / luminance - 1.0).abs() < 1e-12, "{quantity}");
+        let MaterialKind::Diffuse { front, .. } = &s.materials[0].kind else { panic!() };
+        assert_eq!(front.max(), 0.0, "an emitter without a stated reflectance has none");
     }
 }
 
@@ -193,47 +143,24 @@ fn photometric_quantities_are_exact_through_v_lambda() {
 fn a_duplicated_lamp_keeps_its_flux() {
     let twice = format!("{ROOM}f 4 3 2 1\n");
     let toml = format!("{HEAD}[materials.wall]\nemission = {{ flux_lm = 1000 }}\n");
-    let s = Folder::new(&[("a.obj", &twice), ("s.toml", &toml)])
-        .load()
-        .unwrap();
+    let s = Folder::new(&[("a.obj", &twice), ("s.toml", &toml)]).load().unwrap();
     let flux = PI
         * s.faces.iter().map(|f| f.area_m2).sum::<f64>()
-        * s.materials[0]
-            .emission
-            .as_ref()
-            .unwrap()
-            .radiance
-            .luminous();
+        * s.materials[0].emission.as_ref().unwrap().radiance.luminous();
     assert!((flux / 1000.0 - 1.0).abs() < 1e-12);
-    assert!(
-        s.warnings[0].contains("its light is emitted once: a.obj:8"),
-        "{:?}",
-        s.warnings
-    );
+    assert!(s.warnings[0].contains("its light is emitted once: a.obj:8"), "{:?}", s.warnings);
 }
 
 #[test]
 fn emission_is_judged() {
     for (emission, want) in [
-        (
-            "luminance_cd_m2 = -1",
-            "s.toml:6: material \"wall\": luminance_cd_m2 = -1 is negative",
-        ),
+        ("luminance_cd_m2 = -1", "s.toml:6: material \"wall\": luminance_cd_m2 = -1 is negative"),
         ("luminance_cd_m2 = 1, flux_lm = 1", "states 2 quantities"),
         ("two_sided = true", "states 0 quantities"),
         ("luminance_cd_m2 = inf", "not a finite number"),
-        (
-            "luminance_cd_m2 = 1, spectrum = \"D66\"",
-            "unknown illuminant `D66`\n  mend: did you mean `D65`?",
-        ),
-        (
-            "luminance_cd_m2 = 1, spectrum = \"no.csv\"",
-            "s.toml:6: no such file: `no.csv`",
-        ),
-        (
-            "luminanse_cd_m2 = 1",
-            "unknown key `luminanse_cd_m2`\n  mend: did you mean `luminance_cd_m2`?",
-        ),
+        ("luminance_cd_m2 = 1, spectrum = \"D66\"", "unknown illuminant `D66`\n  mend: did you mean `D65`?"),
+        ("luminance_cd_m2 = 1, spectrum = \"no.csv\"", "s.toml:6: no such file: `no.csv`"),
+        ("luminanse_cd_m2 = 1", "unknown key `luminanse_cd_m2`\n  mend: did you mean `luminance_cd_m2`?"),
         ("radiant_exitance_W_m2 = 1", "unknown key"),
     ] {
         let e = error(&format!("[materials.wall]\nemission = {{ {emission} }}\n"));
@@ -247,22 +174,11 @@ fn emission_is_judged() {
 fn glass_cannot_pass_more_than_a_clear_pane() {
     let glass = |t: &str| format!("[materials.wall]\nkind = \"glass\"\ntransmittance = {t}\n");
     let s = scene_of(&glass("0.88")).unwrap();
-    assert!(
-        matches!(s.materials[0].kind, MaterialKind::Glass { refractive_index, .. } if refractive_index == 1.52)
-    );
+    assert!(matches!(s.materials[0].kind, MaterialKind::Glass { refractive_index, .. } if refractive_index == 1.52));
     let e = error(&glass("0.96"));
-    assert!(
-        e.contains("s.toml:7:") && e.contains("0.9183") && e.contains("not the transmissivity"),
-        "{e}"
-    );
-    assert!(
-        scene_of(&glass("0.96\nn = 1.1")).is_ok(),
-        "`n` is the index"
-    );
-    assert!(
-        error("[materials.wall]\nreflectance = 0.5\ntransmittance = 0.5\n")
-            .contains("set kind = \"glass\"")
-    );
+    assert!(e.contains("s.toml:7:") && e.contains("0.9183") && e.contains("not the transmissivity"), "{e}");
+    assert!(scene_of(&glass("0.96\nn = 1.1")).is_ok(), "`n` is the index");
+    assert!(error("[materials.wall]\nreflectance = 0.5\ntransmittance = 0.5\n").contains("set kind = \"glass\""));
     assert!(error("[materials.wall]\nkind = \"glass\"\n").contains("has no `transmittance`"));
 }
 
@@ -273,30 +189,15 @@ fn what_is_not_built_is_refused_by_name() {
             "[sky]\nmodel = \"cie-overcast\"\n",
             "s.toml:8: [sky] with model = \"cie-overcast\" is not supported in this version",
         ),
-        (
-            "[sky]\nmodel = \"cie-7\"\nground_reflectance = 0.2\n",
-            "not supported in this version",
-        ),
-        (
-            "[sky]\nmodel = \"cie-overcost\"\n",
-            "unknown sky model `cie-overcost`\n  mend: did you mean `cie-overcast`?",
-        ),
-        (
-            "[site]\nlatitude_deg = 1\n",
-            "s.toml:7: [site] is not supported in this version",
-        ),
-        (
-            "[[luminaires]]\nfile = \"a.ies\"\n",
-            "s.toml:7: [[luminaires]] is not supported in this version",
-        ),
+        ("[sky]\nmodel = \"cie-7\"\nground_reflectance = 0.2\n", "not supported in this version"),
+        ("[sky]\nmodel = \"cie-overcost\"\n", "unknown sky model `cie-overcost`\n  mend: did you mean `cie-overcast`?"),
+        ("[site]\nlatitude_deg = 1\n", "s.toml:7: [site] is not supported in this version"),
+        ("[[luminaires]]\nfile = \"a.ies\"\n", "s.toml:7: [[luminaires]] is not supported in this version"),
         (
             "[materials.t]\nkind = \"translucent\"\n",
             "s.toml:8: material \"t\": kind = \"translucent\" is not supported",
         ),
-        (
-            "[materials.t]\nreflectance = 0.2\noutside = true\n",
-            "s.toml:9: material \"t\": `outside` is not supported",
-        ),
+        ("[materials.t]\nreflectance = 0.2\noutside = true\n", "s.toml:9: material \"t\": `outside` is not supported"),
     ] {
         let e = error(&format!("{WALL}{rest}"));
         assert!(e.contains(want), "{rest} gave {e}");
@@ -310,16 +211,9 @@ fn bands_are_read_in_all_forms() {
     assert_eq!(mode("\"grey\""), BandMode::Grey);
     assert_eq!(
         mode("{ step_nm = 5, range_nm = [380, 780] }"),
-        BandMode::Step {
-            step_nm: 5.0,
-            lo_nm: 380.0,
-            hi_nm: 780.0
-        }
+        BandMode::Step { step_nm: 5.0, lo_nm: 380.0, hi_nm: 780.0 }
     );
-    assert_eq!(
-        mode("{ edges_nm = [400, 500.5, 700] }"),
-        BandMode::Edges(vec![400.0, 500.5, 700.0])
-    );
+    assert_eq!(mode("{ edges_nm = [400, 500.5, 700] }"), BandMode::Edges(vec![400.0, 500.5, 700.0]));
     for bad in [
         "{ step_nm = 5 }",
         "{ step_nm = 0, range_nm = [380, 780] }",
@@ -339,33 +233,18 @@ fn grids_are_placed_in_all_forms() {
          [[grids]]\nname = \"c\"\non = \"wall\"\nspacing_m = 0.25\ninset_m = 0.3\n",
     );
     let first = s.grids[0].sensors[0];
-    assert_eq!(
-        (first.position, first.normal),
-        (DVec3::new(0.25, 0.25, 1.0), DVec3::Z)
-    );
+    assert_eq!((first.position, first.normal), (DVec3::new(0.25, 0.25, 1.0), DVec3::Z));
     assert!((first.area_m2.unwrap() - 0.25).abs() < 1e-12);
     assert_eq!(s.grids[1].sensors.len(), 8);
-    assert!(
-        s.grids[1].sensors[7]
-            .position
-            .distance(DVec3::new(1.75, 0.75, 0.8))
-            < 1e-12
-    );
-    assert_eq!(
-        s.grids[2].sensors.len(),
-        6 * 2,
-        "0.375 to 1.625 by 0.375 to 0.625"
-    );
-    let GridLayout::Raster { nu, nv, index, .. } = &s.grids[2].layout else {
-        panic!()
-    };
+    assert!(s.grids[1].sensors[7].position.distance(DVec3::new(1.75, 0.75, 0.8)) < 1e-12);
+    assert_eq!(s.grids[2].sensors.len(), 6 * 2, "0.375 to 1.625 by 0.375 to 0.625");
+    let GridLayout::Raster { nu, nv, index, .. } = &s.grids[2].layout else { panic!() };
     assert_eq!((*nu, *nv, index.iter().flatten().count()), (8, 4, 12));
 }
 
 #[test]
 fn grids_are_judged() {
-    let plane =
-        "plane = { origin_m = [0, 0, 1], u_m = [2, 0, 0], v_m = [0, 1, 0], nu = 4, nv = 2 }";
+    let plane = "plane = { origin_m = [0, 0, 1], u_m = [2, 0, 0], v_m = [0, 1, 0], nu = 4, nv = 2 }";
     for (grid, want) in [
         ("name = \"\"\non = \"wall\"\nspacing_m = 1".to_owned(), "s.toml:8: the name of a grid is empty"),
         ("name = \"a/b\"\non = \"wall\"\nspacing_m = 1".to_owned(), "cannot be a file name"),
@@ -391,30 +270,14 @@ fn grids_are_judged() {
 fn points_are_read_in_metres_and_hashed() {
     let folder = Folder::new(&[
         ("a.obj", ROOM),
-        (
-            "s.toml",
-            &format!("{HEAD}{WALL}[[grids]]\nname = \"p\"\npoints = \"p.pts\"\n"),
-        ),
+        ("s.toml", &format!("{HEAD}{WALL}[[grids]]\nname = \"p\"\npoints = \"p.pts\"\n")),
     ]);
     folder.write("p.pts", b"1 0.5 0 0 0 3\n");
     let s = folder.load().unwrap();
-    assert_eq!(
-        s.grids[0].sensors[0],
-        Sensor {
-            position: DVec3::new(1.0, 0.5, 0.0),
-            normal: DVec3::Z,
-            area_m2: None
-        }
-    );
+    assert_eq!(s.grids[0].sensors[0], Sensor { position: DVec3::new(1.0, 0.5, 0.0), normal: DVec3::Z, area_m2: None });
     assert_eq!(s.inputs[2].path.to_str(), Some("p.pts"));
     folder.write("p.pts", b"1 0.5 0 0 0 3\n1 2\n");
-    assert!(
-        folder
-            .load()
-            .unwrap_err()
-            .to_string()
-            .contains("p.pts:2: expected six numbers")
-    );
+    assert!(folder.load().unwrap_err().to_string().contains("p.pts:2: expected six numbers"));
 }
 
 const VIEW: &str = "[[views]]\nname = \"v\"\nposition_m = [0, 0, 1]\ndirection = [0, 3, 0]\n";
@@ -423,60 +286,29 @@ const VIEW: &str = "[[views]]\nname = \"v\"\nposition_m = [0, 0, 1]\ndirection =
 fn views_have_angles_from_film_or_degrees() {
     let view = |rest: &str| scene(&format!("{VIEW}{rest}\n")).views[0].clone();
     let film = view("film_mm = [25, 25]\nfocal_mm = 35\npixels = [512, 512]");
-    let Projection::Perspective {
-        horizontal,
-        vertical,
-    } = film.projection
-    else {
-        panic!()
-    };
+    let Projection::Perspective { horizontal, vertical } = film.projection else { panic!() };
     assert!((horizontal.to_degrees() - 39.307_65).abs() < 1e-5 && horizontal == vertical);
-    let Projection::Perspective {
-        horizontal,
-        vertical,
-    } = view("fov_deg = 90\npixels = [200, 100]").projection
-    else {
+    let Projection::Perspective { horizontal, vertical } = view("fov_deg = 90\npixels = [200, 100]").projection else {
         panic!()
     };
     assert!((horizontal - PI / 2.0).abs() < 1e-15 && ((0.5 * vertical).tan() - 0.5).abs() < 1e-15);
-    assert_eq!(
-        view("kind = \"fisheye\"\npixels = [9, 9]").projection,
-        Projection::Fisheye { angle: PI }
-    );
-    assert_eq!(
-        view("kind = \"panorama\"\npixels = [20, 10]").projection,
-        Projection::Panorama
-    );
+    assert_eq!(view("kind = \"fisheye\"\npixels = [9, 9]").projection, Projection::Fisheye { angle: PI });
+    assert_eq!(view("kind = \"panorama\"\npixels = [20, 10]").projection, Projection::Panorama);
     let tilted = view("up = [0, 1, 1]\nfov_deg = 90\npixels = [10, 10]");
-    assert!(
-        tilted.up.distance(DVec3::Z) < 1e-15,
-        "up is made perpendicular"
-    );
+    assert!(tilted.up.distance(DVec3::Z) < 1e-15, "up is made perpendicular");
 }
 
 #[test]
 fn views_are_judged() {
     for (rest, want) in [
-        (
-            "up = [0, -2, 0]\nfov_deg = 60\npixels = [8, 8]",
-            "s.toml:11: view \"v\": `up` is parallel to `direction`",
-        ),
-        (
-            "fov_deg = 60\npixels = [0, 8]",
-            "pixels = [0, 8] is not within 1 to 16384",
-        ),
+        ("up = [0, -2, 0]\nfov_deg = 60\npixels = [8, 8]", "s.toml:11: view \"v\": `up` is parallel to `direction`"),
+        ("fov_deg = 60\npixels = [0, 8]", "pixels = [0, 8] is not within 1 to 16384"),
         ("fov_deg = 60\npixels = [8, 20000]", "is not within"),
         ("fov_deg = 180\npixels = [8, 8]", "kind = \"fisheye\""),
         ("pixels = [8, 8]", "states no angle"),
         ("fov_deg = 60", "missing key `pixels`"),
-        (
-            "kind = \"panorama\"\nfov_deg = 60\npixels = [8, 8]",
-            "sees all around",
-        ),
-        (
-            "kind = \"fish\"\npixels = [8, 8]",
-            "did you mean `fisheye`?",
-        ),
+        ("kind = \"panorama\"\nfov_deg = 60\npixels = [8, 8]", "sees all around"),
+        ("kind = \"fish\"\npixels = [8, 8]", "did you mean `fisheye`?"),
     ] {
         let e = error(&format!("{WALL}{VIEW}{rest}\n"));
         assert!(e.contains(want), "{rest} gave {e}");
@@ -485,17 +317,9 @@ fn views_are_judged() {
 
 #[test]
 fn a_scene_of_the_wrong_unit_is_suspected() {
-    let s = Folder::new(&[
-        ("a.obj", &ROOM.replace("v 2", "v 2000")),
-        ("s.toml", &format!("{HEAD}{WALL}")),
-    ])
-    .load()
-    .unwrap();
-    assert!(
-        s.warnings[0].contains("2.000e3 m across: is unit = \"m\" right?"),
-        "{:?}",
-        s.warnings
-    );
+    let s =
+        Folder::new(&[("a.obj", &ROOM.replace("v 2", "v 2000")), ("s.toml", &format!("{HEAD}{WALL}"))]).load().unwrap();
+    assert!(s.warnings[0].contains("2.000e3 m across: is unit = \"m\" right?"), "{:?}", s.warnings);
 }
 
 #[test]
@@ -504,17 +328,10 @@ fn missing_and_flat_geometry_are_errors() {
     assert!(e.contains("s.toml:2: no such file: `a.obj`"), "{e}");
     let flat = "v 0 0 0\nv 1 0 0\nv 2 0 0\nusemtl wall\nf 1 2 3\n";
     let e = shorten(Folder::new(&[("a.obj", flat), ("s.toml", &format!("{HEAD}{WALL}"))]).load());
-    assert!(
-        e.contains("no geometry: none of the 1 faces has an area"),
-        "{e}"
-    );
+    assert!(e.contains("no geometry: none of the 1 faces has an area"), "{e}");
     let e = error_of_file("[geometry]\nfiles = []\nunit = \"m\"\nup = \"z\"\n");
     assert!(e.contains("`files` is empty"), "{e}");
-    assert!(
-        load(std::path::Path::new("nowhere.toml"))
-            .unwrap_err()
-            .is_input()
-    );
+    assert!(load(std::path::Path::new("nowhere.toml")).unwrap_err().is_input());
 }
 
 fn error_of_file(text: &str) -> String {
@@ -525,15 +342,9 @@ fn error_of_file(text: &str) -> String {
 fn a_material_library_is_told_to_be_ignored() {
     let obj = format!("mtllib a.mtl\n{ROOM}");
     let folder = Folder::new(&[("a.obj", &obj), ("s.toml", &format!("{HEAD}{WALL}"))]);
-    assert!(
-        folder.load().unwrap().warnings.is_empty(),
-        "a library that is not there does not matter"
-    );
+    assert!(folder.load().unwrap().warnings.is_empty(), "a library that is not there does not matter");
     folder.write("a.mtl", b"newmtl wall\nKd 1 1 1\n");
-    assert_eq!(
-        folder.load().unwrap().warnings,
-        ["a.obj: a.mtl is not read: materials come from the scene file"]
-    );
+    assert_eq!(folder.load().unwrap().warnings, ["a.obj: a.mtl is not read: materials come from the scene file"]);
 }
 
 proptest! {

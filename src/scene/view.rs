@@ -21,27 +21,12 @@ pub(crate) fn resolve(files: &mut Files<'_>, axes: Axes, def: &ViewDef) -> Resul
     let up = up(source, axes, def, direction)?;
     let [width, height] = def.pixels.value;
     if width == 0 || height == 0 || width > MOST_PIXELS || height > MOST_PIXELS {
-        return Err(source.malformed(
-            def.pixels.offset,
-            format!("pixels = [{width}, {height}] is not within 1 to {MOST_PIXELS}"),
-        ));
+        return Err(source
+            .malformed(def.pixels.offset, format!("pixels = [{width}, {height}] is not within 1 to {MOST_PIXELS}")));
     }
     let projection = projection(source, def)?;
-    warn_pixels(
-        files,
-        &name,
-        projection,
-        f64::from(width) / f64::from(height),
-    );
-    Ok(View {
-        name,
-        position,
-        direction,
-        up,
-        projection,
-        width: width as usize,
-        height: height as usize,
-    })
+    warn_pixels(files, &name, projection, f64::from(width) / f64::from(height));
+    Ok(View { name, position, direction, up, projection, width: width as usize, height: height as usize })
 }
 
 /// The picture's up, made perpendicular to the direction.
@@ -54,13 +39,7 @@ fn up(source: Source<'_>, axes: Axes, def: &ViewDef, direction: DVec3) -> Result
     if across.length() < 1e-6 {
         let offset = def.up.as_ref().map_or(def.direction.offset, |u| u.offset);
         return Err(source
-            .malformed(
-                offset,
-                format!(
-                    "view \"{}\": `up` is parallel to `direction`",
-                    def.name.value
-                ),
-            )
+            .malformed(offset, format!("view \"{}\": `up` is parallel to `direction`", def.name.value))
             .mend("give an `up` across the view direction"));
     }
     Ok(across.normalize())
@@ -69,10 +48,9 @@ fn up(source: Source<'_>, axes: Axes, def: &ViewDef, direction: DVec3) -> Result
 fn projection(source: Source<'_>, def: &ViewDef) -> Result<Projection> {
     let kind = def.kind.as_ref().map_or(ViewKind::Perspective, |k| k.value);
     if kind != ViewKind::Perspective {
-        for (offset, key) in [
-            (def.film_mm.as_ref().map(|f| f.offset), "film_mm"),
-            (def.focal_mm.as_ref().map(|f| f.offset), "focal_mm"),
-        ] {
+        for (offset, key) in
+            [(def.film_mm.as_ref().map(|f| f.offset), "film_mm"), (def.focal_mm.as_ref().map(|f| f.offset), "focal_mm")]
+        {
             if let Some(offset) = offset {
                 return Err(source
                     .malformed(offset, format!("`{key}` belongs to a perspective view"))
@@ -85,10 +63,7 @@ fn projection(source: Source<'_>, def: &ViewDef) -> Result<Projection> {
         ViewKind::Fisheye => fisheye(source, def),
         ViewKind::Panorama => match &def.fov_deg {
             Some(fov) => Err(source
-                .malformed(
-                    fov.offset,
-                    "a panorama sees all around: it has no `fov_deg`",
-                )
+                .malformed(fov.offset, "a panorama sees all around: it has no `fov_deg`")
                 .mend("remove the key")),
             None => Ok(Projection::Panorama),
         },
@@ -105,10 +80,7 @@ fn perspective(source: Source<'_>, def: &ViewDef) -> Result<Projection> {
                 return Err(source.malformed(film.offset, "film_mm and focal_mm must be positive"));
             }
             let angle = |side: f64| 2.0 * (0.5 * side / focal.value).atan();
-            Ok(Projection::Perspective {
-                horizontal: angle(w),
-                vertical: angle(h),
-            })
+            Ok(Projection::Perspective { horizontal: angle(w), vertical: angle(h) })
         }
         (None, None, Some(fov)) => {
             let horizontal = angle(source, fov, first(fov), 180.0)?;
@@ -116,16 +88,10 @@ fn perspective(source: Source<'_>, def: &ViewDef) -> Result<Projection> {
                 FovDef::Horizontal(_) => 2.0 * ((0.5 * horizontal).tan() * height / width).atan(),
                 FovDef::Both([_, v]) => angle(source, fov, v, 180.0)?,
             };
-            Ok(Projection::Perspective {
-                horizontal,
-                vertical,
-            })
+            Ok(Projection::Perspective { horizontal, vertical })
         }
         _ => Err(source
-            .malformed(
-                def.name.offset,
-                format!("view \"{}\" states no angle, or two", def.name.value),
-            )
+            .malformed(def.name.offset, format!("view \"{}\" states no angle, or two", def.name.value))
             .mend("give film_mm and focal_mm, or fov_deg")),
     }
 }
@@ -137,13 +103,9 @@ fn fisheye(source: Source<'_>, def: &ViewDef) -> Result<Projection> {
     if let FovDef::Both([h, v]) = fov.value
         && h != v
     {
-        return Err(source
-            .malformed(fov.offset, "a fisheye is round: it has one angle")
-            .mend("give fov_deg = 180"));
+        return Err(source.malformed(fov.offset, "a fisheye is round: it has one angle").mend("give fov_deg = 180"));
     }
-    Ok(Projection::Fisheye {
-        angle: angle(source, fov, first(fov), 360.0 + 1e-9)?.min(TAU),
-    })
+    Ok(Projection::Fisheye { angle: angle(source, fov, first(fov), 360.0 + 1e-9)?.min(TAU) })
 }
 
 fn first(fov: &At<FovDef>) -> f64 {
@@ -158,23 +120,19 @@ fn angle(source: Source<'_>, at: &At<FovDef>, degrees: f64, limit: f64) -> Resul
         return Ok(degrees.to_radians());
     }
     Err(source
-        .malformed(
-            at.offset,
-            format!("fov_deg = {degrees} is not between 0 and {limit:.0}"),
-        )
+        .malformed(at.offset, format!("fov_deg = {degrees} is not between 0 and {limit:.0}"))
         .mend("a wider view wants kind = \"fisheye\" or \"panorama\""))
 }
 
 fn warn_pixels(files: &mut Files<'_>, name: &str, projection: Projection, aspect: f64) {
     let shape = match projection {
-        Projection::Perspective {
-            horizontal,
-            vertical,
-        } => (0.5 * horizontal).tan() / (0.5 * vertical).tan(),
+        Projection::Perspective { horizontal, vertical } => (0.5 * horizontal).tan() / (0.5 * vertical).tan(),
         Projection::Fisheye { .. } => 1.0,
         Projection::Panorama => 2.0,
     };
     if (aspect / shape - 1.0).abs() > 0.01 {
-        files.warnings.push(format!("view \"{name}\": its pixels are not square: {aspect:.3} wide by high, where the view is {shape:.3}"));
+        files.warnings.push(format!(
+            "view \"{name}\": its pixels are not square: {aspect:.3} wide by high, where the view is {shape:.3}"
+        ));
     }
 }

@@ -63,8 +63,7 @@ impl Block<'_> {
             .iter()
             .map(|e| self.lanes(self.optics.rho(self.world.surfaces.list[e.surface as usize].material, e.front)))
             .collect();
-        let source: Vec<Lanes> =
-            rho.iter().zip(&direct).map(|(r, d)| std::array::from_fn(|l| r[l] * d[l])).collect();
+        let source: Vec<Lanes> = rho.iter().zip(&direct).map(|(r, d)| std::array::from_fn(|l| r[l] * d[l])).collect();
         let (radiosity, products, residual) = self.stabilised(&rho, &source, &tints, accuracy);
         let mut result = BlockResult {
             radiosity: radiosity.iter().map(|b| b.map(|x| x as f32)).collect(),
@@ -118,13 +117,7 @@ impl Block<'_> {
         }
     }
 
-    fn stabilised(
-        &self,
-        rho: &[Lanes],
-        source: &[Lanes],
-        tints: &[Lanes],
-        accuracy: f64,
-    ) -> (Vec<Lanes>, usize, f64) {
+    fn stabilised(&self, rho: &[Lanes], source: &[Lanes], tints: &[Lanes], accuracy: f64) -> (Vec<Lanes>, usize, f64) {
         let n = source.len();
         let mut x = source.to_vec(); // direct light reflected once: a better start than nothing
         let mut r = vec![[0.0; LANES]; n];
@@ -138,9 +131,7 @@ impl Block<'_> {
         let mut rr = dot(&r, &r);
         let mut along = rr;
         let mut products = 1;
-        let relative = |rr: &Lanes| {
-            (0..LANES).map(|l| ratio(rr[l], whole[l]).sqrt()).fold(0.0, f64::max)
-        };
+        let relative = |rr: &Lanes| (0..LANES).map(|l| ratio(rr[l], whole[l]).sqrt()).fold(0.0, f64::max);
         for _ in 0..MAX_STEPS {
             if relative(&rr) <= accuracy {
                 break;
@@ -183,14 +174,7 @@ impl Block<'_> {
     }
 
     /// Sums what is absorbed and what escapes, each on its own.
-    fn account(
-        &self,
-        radiosity: &[Lanes],
-        direct: &[Lanes],
-        rho: &[Lanes],
-        tints: &[Lanes],
-        result: &mut BlockResult,
-    ) {
+    fn account(&self, radiosity: &[Lanes], direct: &[Lanes], rho: &[Lanes], tints: &[Lanes], result: &mut BlockResult) {
         let mut arriving = vec![[0.0; LANES]; radiosity.len()];
         self.exchange.product(radiosity, tints, &mut arriving);
         for (i, arriving) in arriving.iter().enumerate() {

@@ -119,8 +119,7 @@ impl Exchange {
             let mut arriving = vec![0.0f64; count];
             for (i, row) in rows.iter_mut().enumerate() {
                 let own = self.row(i);
-                let sum: f64 =
-                    own.iter().map(|e| f64::from(e.value) * columns[sets[e.column as usize] as usize]).sum();
+                let sum: f64 = own.iter().map(|e| f64::from(e.value) * columns[sets[e.column as usize] as usize]).sum();
                 *row = if sum > 0.0 { closed[i] / sum } else { 1.0 };
                 let factor = self.area[i] * *row;
                 for e in own {

@@ -111,9 +111,10 @@ fn check_finite(world: &World, optics: &Optics, mesh: &Elements, exchanges: &[Ex
         return Ok(());
     }
     for band in 0..optics.bands.len() {
-        let absorbs = mesh.list().iter().any(|e| {
-            optics.rho(world.surfaces.list[e.surface as usize].material, e.front)[band] < 1.0
-        });
+        let absorbs = mesh
+            .list()
+            .iter()
+            .any(|e| optics.rho(world.surfaces.list[e.surface as usize].material, e.front)[band] < 1.0);
         if !absorbs {
             return Err(Error::impossible(format!(
                 "the room is closed and every surface in it reflects everything in band {} of {}: the light never goes away",

@@ -105,15 +105,10 @@ impl Bands {
                 bands.weighting = vec![Weighting::Photopic];
                 Ok((bands, "one band, as asked".into()))
             }
-            BandMode::Rgb => Ok((
-                Self::rgb(lamps.total),
-                "three bands of linear Rec.709, as asked".into(),
-            )),
-            BandMode::Step {
-                step_nm,
-                lo_nm,
-                hi_nm,
-            } => Self::asked(&step_edges(*step_nm, *lo_nm, *hi_nm)?, lamps.total),
+            BandMode::Rgb => Ok((Self::rgb(lamps.total), "three bands of linear Rec.709, as asked".into())),
+            BandMode::Step { step_nm, lo_nm, hi_nm } => {
+                Self::asked(&step_edges(*step_nm, *lo_nm, *hi_nm)?, lamps.total)
+            }
             BandMode::Edges(edges) => Self::asked(edges, lamps.total),
         }
     }
@@ -146,20 +141,13 @@ impl Bands {
     fn divided(edges: &[f64], light: Spectrum) -> Self {
         let limits_nm: Vec<(f64, f64)> = edges.windows(2).map(|w| (w[0], w[1])).collect();
         let of_width = |&(lo, hi): &(f64, f64)| {
-            if hi - lo > NARROW_NM {
-                Weighting::Observer
-            } else {
-                Weighting::Light
-            }
+            if hi - lo > NARROW_NM { Weighting::Observer } else { Weighting::Light }
         };
         Self {
             spectral: true,
             photometric: false,
             weighting: limits_nm.iter().map(of_width).collect(),
-            xyz_weights: limits_nm
-                .iter()
-                .map(|&(lo, hi)| xyz_per_mean(&light, lo, hi))
-                .collect(),
+            xyz_weights: limits_nm.iter().map(|&(lo, hi)| xyz_per_mean(&light, lo, hi)).collect(),
             limits_nm,
             light,
         }
@@ -214,9 +202,7 @@ impl Bands {
         self.xyz_weights
             .iter()
             .zip(band_values)
-            .fold([0.0; 3], |sum, (w, v)| {
-                std::array::from_fn(|k| sum[k] + w[k] * v)
-            })
+            .fold([0.0; 3], |sum, (w, v)| std::array::from_fn(|k| sum[k] + w[k] * v))
     }
 
     /// Band averages of a reflectance or transmittance.
@@ -243,9 +229,7 @@ impl Bands {
     pub fn radiance(&self, spectrum: &Spectrum) -> Vec<f64> {
         if !self.spectral {
             let scale = rgb_scale();
-            return colour::linear_srgb(spectrum.xyz())
-                .map(|v| v / scale)
-                .to_vec();
+            return colour::linear_srgb(spectrum.xyz()).map(|v| v / scale).to_vec();
         }
         (0..self.len())
             .map(|b| {
@@ -278,11 +262,7 @@ impl Bands {
             sum += w * curve.at(nm);
             weight += w;
         }
-        if weight > 0.0 {
-            sum / weight
-        } else {
-            curve.mean(lo, hi)
-        }
+        if weight > 0.0 { sum / weight } else { curve.mean(lo, hi) }
     }
 
     /// Linear Rec.709 of a reflectance under the scene's light, under D65 where that light has hardly any of a
@@ -310,28 +290,18 @@ fn xyz_per_mean(light: &Spectrum, lo: f64, hi: f64) -> [f64; 3] {
 fn luminous_share_outside(edges: &[f64], light: &Spectrum) -> f64 {
     let whole = cie::integral(light, cie::FIRST_NM, cie::LAST_NM)[1];
     let inside = cie::integral(light, edges[0], edges[edges.len() - 1])[1];
-    if whole > 0.0 {
-        1.0 - inside / whole
-    } else {
-        0.0
-    }
+    if whole > 0.0 { 1.0 - inside / whole } else { 0.0 }
 }
 
 /// Edges of bands of equal width; the last band ends with the range.
 fn step_edges(step: f64, lo: f64, hi: f64) -> Result<Vec<f64>> {
     if !(step.is_finite() && step > 0.0) {
-        return Err(Error::malformed(format!(
-            "a band step of {step} nm, expected a positive number"
-        )));
+        return Err(Error::malformed(format!("a band step of {step} nm, expected a positive number")));
     }
     check_range(lo, hi)?;
     let exact = (hi - lo) / step;
     let whole = exact.round();
-    let count = if (exact - whole).abs() < 1e-6 {
-        whole.max(1.0)
-    } else {
-        exact.ceil()
-    };
+    let count = if (exact - whole).abs() < 1e-6 { whole.max(1.0) } else { exact.ceil() };
     if count > MOST_BANDS as f64 {
         return Err(too_many(count));
     }
@@ -342,18 +312,12 @@ fn step_edges(step: f64, lo: f64, hi: f64) -> Result<Vec<f64>> {
 
 fn check_edges(edges: &[f64]) -> Result<()> {
     if edges.len() < 2 {
-        return Err(Error::malformed(format!(
-            "{} band edges, expected at least two",
-            edges.len()
-        )));
+        return Err(Error::malformed(format!("{} band edges, expected at least two", edges.len())));
     }
     if edges.len() - 1 > MOST_BANDS {
         return Err(too_many((edges.len() - 1) as f64));
     }
-    if let Some(w) = edges
-        .windows(2)
-        .find(|w| !matches!(w[0].partial_cmp(&w[1]), Some(std::cmp::Ordering::Less)))
-    {
+    if let Some(w) = edges.windows(2).find(|w| !matches!(w[0].partial_cmp(&w[1]), Some(std::cmp::Ordering::Less))) {
         return Err(Error::malformed(format!(
             "the band edge {} nm follows {} nm, expected increasing edges",
             w[1], w[0]
@@ -363,10 +327,7 @@ fn check_edges(edges: &[f64]) -> Result<()> {
 }
 
 fn too_many(count: f64) -> Error {
-    Error::malformed(format!(
-        "{count} bands are more than the {MOST_BANDS} that are allowed"
-    ))
-    .mend("take a wider step")
+    Error::malformed(format!("{count} bands are more than the {MOST_BANDS} that are allowed")).mend("take a wider step")
 }
 
 fn check_range(lo: f64, hi: f64) -> Result<()> {
@@ -385,11 +346,7 @@ mod tests {
     use super::*;
 
     fn step(step_nm: f64, lo_nm: f64, hi_nm: f64) -> BandMode {
-        BandMode::Step {
-            step_nm,
-            lo_nm,
-            hi_nm,
-        }
+        BandMode::Step { step_nm, lo_nm, hi_nm }
     }
 
     fn red() -> SpectralValue {
@@ -447,11 +404,7 @@ mod tests {
         let lamp = Spectrum::constant(2.0);
         let (bands, _) = plan(&step(10.0, 400.0, 700.0), &red(), &lamp);
         assert_eq!(bands.len(), 30);
-        for (b, v) in bands
-            .reflectance(&SpectralValue::Spectrum(ramp.clone()))
-            .iter()
-            .enumerate()
-        {
+        for (b, v) in bands.reflectance(&SpectralValue::Spectrum(ramp.clone())).iter().enumerate() {
             let expected = 0.002 * (10.0 * b as f64 + 5.0);
             assert!((v - expected).abs() < 1e-13, "{b} {v}");
         }
@@ -557,17 +510,8 @@ mod tests {
     #[test]
     fn warm_and_cold_light_of_one_luminance_agree_in_one_band() {
         let (warm, cold) = (from_cct(2700.0).unwrap(), from_cct(6500.0).unwrap());
-        let lights = [
-            (&warm.scaled(1.0 / warm.luminous()), 1.0),
-            (&cold.scaled(1.0 / cold.luminous()), 1.0),
-        ];
-        let (bands, _) = Bands::plan(
-            &BandMode::Grey,
-            &[(&SpectralValue::Grey(0.5), 1.0)],
-            &lights,
-            0.05,
-        )
-        .unwrap();
+        let lights = [(&warm.scaled(1.0 / warm.luminous()), 1.0), (&cold.scaled(1.0 / cold.luminous()), 1.0)];
+        let (bands, _) = Bands::plan(&BandMode::Grey, &[(&SpectralValue::Grey(0.5), 1.0)], &lights, 0.05).unwrap();
         let [a, b] = lights.map(|(s, _)| bands.radiance(s)[0]);
         assert!((a / b - 1.0).abs() < 1e-12);
     }

@@ -42,10 +42,7 @@ pub(super) fn nodes(lo: f64, hi: f64, knots: &[&[f64]]) -> impl Iterator<Item = 
     let stretches = breaks.len().saturating_sub(1);
     // Gauss-Legendre with two points: half a width to either side of the middle, over √3.
     (0..stretches).flat_map(move |i| {
-        let (middle, half) = (
-            0.5 * (breaks[i] + breaks[i + 1]),
-            0.5 * (breaks[i + 1] - breaks[i]),
-        );
+        let (middle, half) = (0.5 * (breaks[i] + breaks[i + 1]), 0.5 * (breaks[i + 1] - breaks[i]));
         let off = half / 3f64.sqrt();
         [(middle - off, half), (middle + off, half)]
     })

@@ -23,20 +23,12 @@ pub struct Primaries {
 }
 
 /// ITU-R BT.709 and sRGB: D65 as white.
-pub const REC709: Primaries = Primaries {
-    red: [0.64, 0.33],
-    green: [0.30, 0.60],
-    blue: [0.15, 0.06],
-    white: [0.3127, 0.3290],
-};
+pub const REC709: Primaries =
+    Primaries { red: [0.64, 0.33], green: [0.30, 0.60], blue: [0.15, 0.06], white: [0.3127, 0.3290] };
 
 /// The primaries of Radiance pictures: equal energy as white.
-pub const RADIANCE: Primaries = Primaries {
-    red: [0.640, 0.330],
-    green: [0.290, 0.600],
-    blue: [0.150, 0.060],
-    white: [1.0 / 3.0, 1.0 / 3.0],
-};
+pub const RADIANCE: Primaries =
+    Primaries { red: [0.640, 0.330], green: [0.290, 0.600], blue: [0.150, 0.060], white: [1.0 / 3.0, 1.0 / 3.0] };
 
 impl Primaries {
     /// The matrix that turns linear RGB into XYZ; R = G = B = 1 gives Y = 1.
@@ -114,11 +106,7 @@ pub fn linear_srgb(xyz: [f64; 3]) -> [f64; 3] {
 #[must_use]
 pub fn srgb_encode(linear: f64) -> f64 {
     let v = linear.clamp(0.0, 1.0);
-    if v <= 0.003_130_8 {
-        12.92 * v
-    } else {
-        1.055 * v.powf(1.0 / 2.4) - 0.055
-    }
+    if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
 }
 
 /// Linear Rec.709 of a reflectance under a light, each channel against that of a perfect white.
@@ -157,11 +145,8 @@ const MOST_DUV: f64 = 0.05;
 /// neighbours is good to 0.01 K.
 const LOCUS_MIRED: std::ops::RangeInclusive<u32> = 10..=1000;
 
-static LOCUS: LazyLock<Vec<[f64; 2]>> = LazyLock::new(|| {
-    LOCUS_MIRED
-        .map(|mired| planckian_uv(1e6 / f64::from(mired)))
-        .collect()
-});
+static LOCUS: LazyLock<Vec<[f64; 2]>> =
+    LazyLock::new(|| LOCUS_MIRED.map(|mired| planckian_uv(1e6 / f64::from(mired))).collect());
 
 /// Chromaticity u, v (CIE 1960) of a black body, summed at 1 nm.
 fn planckian_uv(kelvin: f64) -> [f64; 2] {
@@ -182,11 +167,7 @@ fn planckian_uv(kelvin: f64) -> [f64; 2] {
 pub fn cct([x, y]: [f64; 2]) -> Option<Cct> {
     let uv = uv_1960([x, y]);
     let distance2 = |p: &[f64; 2]| (p[0] - uv[0]).powi(2) + (p[1] - uv[1]).powi(2);
-    let (nearest, least) = LOCUS
-        .iter()
-        .map(distance2)
-        .enumerate()
-        .min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let (nearest, least) = LOCUS.iter().map(distance2).enumerate().min_by(|a, b| a.1.total_cmp(&b.1))?;
     // NaN must not pass.
     let near = least.sqrt() <= 1.01 * MOST_DUV;
     if !near || nearest == 0 || nearest + 1 == LOCUS.len() {
@@ -195,10 +176,7 @@ pub fn cct([x, y]: [f64; 2]) -> Option<Cct> {
     let (t, foot) = nearest_on_parabola(&LOCUS[nearest - 1..=nearest + 1], uv);
     let duv = distance2(&foot).sqrt().copysign(uv[1] - foot[1]);
     let mired = f64::from(*LOCUS_MIRED.start()) + nearest as f64 + t;
-    (duv.abs() <= MOST_DUV).then_some(Cct {
-        kelvin: 1e6 / mired,
-        duv,
-    })
+    (duv.abs() <= MOST_DUV).then_some(Cct { kelvin: 1e6 / mired, duv })
 }
 
 /// Parameter (-1, 0, 1 at the three points) and place of the point of the parabola through them that is
@@ -206,8 +184,7 @@ pub fn cct([x, y]: [f64; 2]) -> Option<Cct> {
 fn nearest_on_parabola(points: &[[f64; 2]], p: [f64; 2]) -> (f64, [f64; 2]) {
     let slope: [f64; 2] = std::array::from_fn(|c| 0.5 * (points[2][c] - points[0][c]));
     let bend: [f64; 2] = std::array::from_fn(|c| points[2][c] - 2.0 * points[1][c] + points[0][c]);
-    let place =
-        |t: f64| std::array::from_fn(|c| points[1][c] + t * slope[c] + 0.5 * t * t * bend[c]);
+    let place = |t: f64| std::array::from_fn(|c| points[1][c] + t * slope[c] + 0.5 * t * t * bend[c]);
     let mut t = 0.0;
     for _ in 0..8 {
         let q: [f64; 2] = place(t);
@@ -269,8 +246,7 @@ mod tests {
     #[test]
     fn a_grey_reflectance_is_grey_under_every_usual_lamp() {
         for name in ["D65", "A", "F11", "LED-B3"] {
-            let rgb =
-                reflectance_rgb(&Spectrum::constant(0.4), &illuminant(name).unwrap()).unwrap();
+            let rgb = reflectance_rgb(&Spectrum::constant(0.4), &illuminant(name).unwrap()).unwrap();
             assert!(rgb.iter().all(|v| (v - 0.4).abs() < 1e-12), "{name}");
         }
         // High-pressure sodium has next to no blue.

@@ -46,42 +46,27 @@ impl Spectrum {
         }
         let wanted = if beyond == Beyond::Hold { 1 } else { 2 };
         if value.len() < wanted {
-            return Err(Error::malformed(format!(
-                "a spectrum has {} points, expected at least {wanted}",
-                value.len()
-            )));
+            return Err(Error::malformed(format!("a spectrum has {} points, expected at least {wanted}", value.len())));
         }
         let mut previous = None;
         for (&nm, &v) in wavelength_nm.iter().zip(&value) {
             check_point(previous, nm, v)?;
             previous = Some(nm);
         }
-        Ok(Self {
-            wavelength_nm,
-            value,
-            beyond,
-        })
+        Ok(Self { wavelength_nm, value, beyond })
     }
 
     /// The same value at every wavelength.
     #[must_use]
     pub fn constant(value: f64) -> Self {
-        Self {
-            wavelength_nm: vec![ANY_NM],
-            value: vec![value],
-            beyond: Beyond::Hold,
-        }
+        Self { wavelength_nm: vec![ANY_NM], value: vec![value], beyond: Beyond::Hold }
     }
 
     /// A curve from knots that are known to be in order.
     pub(super) fn from_knots(wavelength_nm: Vec<f64>, value: Vec<f64>, beyond: Beyond) -> Self {
         debug_assert_eq!(wavelength_nm.len(), value.len());
         debug_assert!(!value.is_empty() && wavelength_nm.is_sorted_by(|a, b| a < b));
-        Self {
-            wavelength_nm,
-            value,
-            beyond,
-        }
+        Self { wavelength_nm, value, beyond }
     }
 
     /// Is the value the same at every wavelength?
@@ -151,14 +136,8 @@ impl Spectrum {
             return self.value[0];
         }
         let (sum, width) = cie::nodes(lo_nm, hi_nm, &[&self.wavelength_nm])
-            .fold((0.0, 0.0), |(sum, width), (nm, w)| {
-                (sum + w * self.at(nm), width + w)
-            });
-        if width > 0.0 {
-            sum / width
-        } else {
-            self.at(lo_nm)
-        }
+            .fold((0.0, 0.0), |(sum, width), (nm, w)| (sum + w * self.at(nm), width + w));
+        if width > 0.0 { sum / width } else { self.at(lo_nm) }
     }
 
     /// CIE 1931 X, Y, Z of a spectral density per nm: `K_m ∫ S x̄ dλ` and so on over 360 to 830 nm.
@@ -189,8 +168,7 @@ impl Spectrum {
     /// # Errors
     /// Malformed, with the line.
     pub fn from_csv_bytes(bytes: &[u8], beyond: Beyond) -> Result<Self> {
-        let text = std::str::from_utf8(bytes)
-            .map_err(|_| Error::malformed("the file is not text in UTF-8"))?;
+        let text = std::str::from_utf8(bytes).map_err(|_| Error::malformed("the file is not text in UTF-8"))?;
         parse(text.trim_start_matches('\u{feff}'), beyond)
     }
 }
@@ -202,19 +180,13 @@ const HEADER: &str = "wavelength_nm,value";
 const LEAST_NM: f64 = 10.0;
 
 fn parse(text: &str, beyond: Beyond) -> Result<Spectrum> {
-    let mut lines = text
-        .lines()
-        .enumerate()
-        .map(|(i, line)| (i + 1, line.trim()))
-        .filter(|(_, line)| !line.is_empty());
+    let mut lines = text.lines().enumerate().map(|(i, line)| (i + 1, line.trim())).filter(|(_, line)| !line.is_empty());
     let (first, header) = lines.next().unwrap_or((1, ""));
     let names: Vec<&str> = header.split(',').map(str::trim).collect();
     if names.join(",") != HEADER {
-        return Err(
-            Error::malformed(format!("the header is {header:?}, expected {HEADER:?}"))
-                .at_line(first)
-                .mend(format!("write {HEADER} in the first line")),
-        );
+        return Err(Error::malformed(format!("the header is {header:?}, expected {HEADER:?}"))
+            .at_line(first)
+            .mend(format!("write {HEADER} in the first line")));
     }
     let (mut nm, mut value) = (Vec::new(), Vec::new());
     let mut last = first;
@@ -231,30 +203,23 @@ fn parse(text: &str, beyond: Beyond) -> Result<Spectrum> {
 fn parse_row(line: &str) -> Result<(f64, f64)> {
     let mut fields = line.split(',').map(str::trim);
     let (Some(a), Some(b), None) = (fields.next(), fields.next(), fields.next()) else {
-        return Err(Error::malformed(format!(
-            "{line:?} is not a wavelength and a value, expected two fields"
-        ))
-        .mend("separate the two with one comma and write decimals with a point"));
+        return Err(Error::malformed(format!("{line:?} is not a wavelength and a value, expected two fields"))
+            .mend("separate the two with one comma and write decimals with a point"));
     };
     Ok((parse_number(a)?, parse_number(b)?))
 }
 
 fn parse_number(field: &str) -> Result<f64> {
-    field
-        .parse()
-        .map_err(|_| Error::malformed(format!("{field:?} is not a number")))
+    field.parse().map_err(|_| Error::malformed(format!("{field:?} is not a number")))
 }
 
 fn check_point(previous: Option<f64>, nm: f64, value: f64) -> Result<()> {
     if !nm.is_finite() || !value.is_finite() {
-        return Err(Error::malformed(format!(
-            "the point ({nm} nm, {value}) is not finite"
-        )));
+        return Err(Error::malformed(format!("the point ({nm} nm, {value}) is not finite")));
     }
     if nm < LEAST_NM {
         return Err(
-            Error::malformed(format!("a wavelength of {nm} nm is out of range"))
-                .mend("give wavelengths in nanometres"),
+            Error::malformed(format!("a wavelength of {nm} nm is out of range")).mend("give wavelengths in nanometres")
         );
     }
     match previous {
@@ -329,9 +294,7 @@ mod tests {
             ("wavelength_nm,value\n\n400,1,2\n", 3),
         ] {
             std::fs::write(&path, text).unwrap();
-            let said = Spectrum::from_csv(&path, Beyond::Hold)
-                .unwrap_err()
-                .to_string();
+            let said = Spectrum::from_csv(&path, Beyond::Hold).unwrap_err().to_string();
             let place = format!("{}:{line}: ", path.display());
             assert!(said.starts_with(&place), "{text:?} gave {said}");
         }

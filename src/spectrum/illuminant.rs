@@ -55,19 +55,13 @@ fn extended(table: &[f64], formula: impl Fn(f64) -> f64) -> Spectrum {
     sampled(|nm| {
         let place = (nm - TABLE_NM.0) / TABLE_NM.1;
         let inside = place >= 0.0 && place < table.len() as f64;
-        if inside {
-            table[place as usize]
-        } else {
-            formula(nm)
-        }
+        if inside { table[place as usize] } else { formula(nm) }
     })
 }
 
 /// A curve at the wavelengths of the daylight components.
 fn sampled(formula: impl Fn(f64) -> f64) -> Spectrum {
-    let nm: Vec<f64> = (0..BASIS.len())
-        .map(|i| DAYLIGHT_NM.0 + DAYLIGHT_NM.1 * i as f64)
-        .collect();
+    let nm: Vec<f64> = (0..BASIS.len()).map(|i| DAYLIGHT_NM.0 + DAYLIGHT_NM.1 * i as f64).collect();
     let value = nm.iter().map(|&nm| formula(nm)).collect();
     Spectrum::from_knots(nm, value, Beyond::Zero)
 }
@@ -122,10 +116,7 @@ fn daylight_factors(kelvin: f64) -> [f64; 2] {
     };
     let y = -3.0 * x * x + 2.870 * x - 0.275;
     let m = 0.0241 + 0.2562 * x - 0.7341 * y;
-    [
-        (-1.3515 - 1.7703 * x + 5.9114 * y) / m,
-        (0.0300 - 31.4424 * x + 30.0717 * y) / m,
-    ]
+    [(-1.3515 - 1.7703 * x + 5.9114 * y) / m, (0.0300 - 31.4424 * x + 30.0717 * y) / m]
 }
 
 fn daylight_value([m1, m2]: [f64; 2], nm: f64) -> f64 {

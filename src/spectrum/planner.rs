@@ -68,9 +68,7 @@ fn proportional(a: &Spectrum, b: &Spectrum) -> bool {
         return false;
     }
     let k = b.max() / a.max();
-    a.knots_nm()
-        .iter()
-        .all(|&nm| (a.at(nm) * k - b.at(nm)).abs() <= 1e-12 * b.max())
+    a.knots_nm().iter().all(|&nm| (a.at(nm) * k - b.at(nm)).abs() <= 1e-12 * b.max())
 }
 
 /// Sum of curves times factors. A curve that is zero beyond its ends falls there within one rounding of the
@@ -86,10 +84,7 @@ fn sum(parts: &[(Spectrum, f64)]) -> Spectrum {
     }
     nm.sort_by(f64::total_cmp);
     nm.dedup();
-    let value = nm
-        .iter()
-        .map(|&nm| parts.iter().map(|(s, k)| k * s.at(nm)).sum())
-        .collect();
+    let value = nm.iter().map(|&nm| parts.iter().map(|(s, k)| k * s.at(nm)).sum()).collect();
     Spectrum::from_knots(nm, value, Beyond::Hold)
 }
 
@@ -118,15 +113,9 @@ const FAINT: f64 = 0.3;
 const MOST_MEAN: f64 = 0.99;
 
 /// The bands for a scene.
-pub(super) fn auto(
-    reflectances: &[(&SpectralValue, f64)],
-    lamps: &Lamps,
-    tolerance: f64,
-) -> Result<Plan> {
+pub(super) fn auto(reflectances: &[(&SpectralValue, f64)], lamps: &Lamps, tolerance: f64) -> Result<Plan> {
     if !(tolerance.is_finite() && tolerance > 0.0) {
-        return Err(Error::malformed(format!(
-            "a tolerance of {tolerance}, expected a positive number"
-        )));
+        return Err(Error::malformed(format!("a tolerance of {tolerance}, expected a positive number")));
     }
     let grey = reflectances.iter().all(|(value, _)| value.is_grey());
     let whole = vec![cie::FIRST_NM, cie::LAST_NM];
@@ -137,10 +126,7 @@ pub(super) fn auto(
         });
     }
     let model = Model::new(reflectances, lamps);
-    let limit = Miss {
-        luminous: SHARE * tolerance,
-        uv: LEAST_UV.max(SHARE * tolerance),
-    };
+    let limit = Miss { luminous: SHARE * tolerance, uv: LEAST_UV.max(SHARE * tolerance) };
     if grey {
         let miss = model.miss(&[0, CELLS]);
         if miss.within(&limit) {
@@ -151,11 +137,7 @@ pub(super) fn auto(
     for count in TRIALS {
         for edges in [equal_width(count), model.equal_share(count)] {
             let miss = model.miss(&edges);
-            if edges.len() == count + 1
-                && best
-                    .as_ref()
-                    .is_none_or(|b| miss.over(&limit) < b.1.over(&limit))
-            {
+            if edges.len() == count + 1 && best.as_ref().is_none_or(|b| miss.over(&limit) < b.1.over(&limit)) {
                 best = Some((edges, miss));
             }
         }
@@ -169,16 +151,8 @@ pub(super) fn auto(
 
 fn plan(edges: &[usize], miss: &Miss, limit: &Miss) -> Plan {
     let n = edges.len() - 1;
-    let count = if n == 1 {
-        "one band".into()
-    } else {
-        format!("{n} bands")
-    };
-    let verdict = if miss.within(limit) {
-        "the fewest that keep"
-    } else {
-        "the most that are tried; they do not keep"
-    };
+    let count = if n == 1 { "one band".into() } else { format!("{n} bands") };
+    let verdict = if miss.within(limit) { "the fewest that keep" } else { "the most that are tried; they do not keep" };
     Plan {
         edges_nm: edges.iter().map(|&e| edge_nm(e)).collect(),
         note: format!(
@@ -268,9 +242,7 @@ impl Model {
         }
         coloured.sort_by(|a, b| b.1.total_cmp(&a.1));
         coloured.truncate(MOST_COLOURS);
-        let curves: Vec<Curve> = std::iter::once(mean)
-            .chain(coloured.into_iter().map(|c| c.0))
-            .collect();
+        let curves: Vec<Curve> = std::iter::once(mean).chain(coloured.into_iter().map(|c| c.0)).collect();
         Self {
             lamps: lamps.kinds.iter().map(light_of).collect(),
             total: light_of(&lamps.total),
@@ -299,15 +271,11 @@ impl Model {
     /// The largest errors of bands with these borders.
     fn miss(&self, edges: &[usize]) -> Miss {
         let bands: Vec<std::ops::Range<usize>> = edges.windows(2).map(|w| w[0]..w[1]).collect();
-        let curves: Vec<Curve> = self
-            .curves
-            .iter()
-            .map(|c| bands.iter().map(|b| self.average(c, b.clone())).collect())
-            .collect();
+        let curves: Vec<Curve> =
+            self.curves.iter().map(|c| bands.iter().map(|b| self.average(c, b.clone())).collect()).collect();
         let mut worst = Miss::default();
         for lamp in &self.lamps {
-            let banded: Vec<[f64; 3]> =
-                bands.iter().map(|b| self.banded(lamp, b.clone())).collect();
+            let banded: Vec<[f64; 3]> = bands.iter().map(|b| self.banded(lamp, b.clone())).collect();
             let direct: f64 = lamp.iter().map(|c| c[1]).sum();
             for &way in &self.ways {
                 let truth = received(lamp, &factors(way, &self.curves));
@@ -328,26 +296,15 @@ impl Model {
             sum += w * curve[i];
             weight += w;
         }
-        if weight > 0.0 {
-            sum / weight
-        } else {
-            curve[band.clone()].iter().sum::<f64>() / band.len() as f64
-        }
+        if weight > 0.0 { sum / weight } else { curve[band.clone()].iter().sum::<f64>() / band.len() as f64 }
     }
 
     /// XYZ that the band of a lamp has with the weights of all light, luminance exact.
     fn banded(&self, lamp: &[[f64; 3]], band: std::ops::Range<usize>) -> [f64; 3] {
-        let sum = |light: &[[f64; 3]]| {
-            light[band.clone()]
-                .iter()
-                .fold([0.0; 3], |s, c| std::array::from_fn(|k| s[k] + c[k]))
-        };
+        let sum =
+            |light: &[[f64; 3]]| light[band.clone()].iter().fold([0.0; 3], |s, c| std::array::from_fn(|k| s[k] + c[k]));
         let (own, all) = (sum(lamp), sum(&self.total));
-        if all[1] > 0.0 {
-            all.map(|v| v * own[1] / all[1])
-        } else {
-            own
-        }
+        if all[1] > 0.0 { all.map(|v| v * own[1] / all[1]) } else { own }
     }
 }
 
@@ -365,23 +322,13 @@ fn factors(way: Way, curves: &[Curve]) -> Curve {
     match way {
         Way::Direct => vec![1.0; curves[0].len()],
         Way::Once(i) => curves[i].clone(),
-        Way::Twice(i, j) => curves[i]
-            .iter()
-            .zip(&curves[j])
-            .map(|(a, b)| a * b)
-            .collect(),
-        Way::Often => curves[0]
-            .iter()
-            .map(|m| m.clamp(0.0, MOST_MEAN))
-            .map(|m| m / (1.0 - m))
-            .collect(),
+        Way::Twice(i, j) => curves[i].iter().zip(&curves[j]).map(|(a, b)| a * b).collect(),
+        Way::Often => curves[0].iter().map(|m| m.clamp(0.0, MOST_MEAN)).map(|m| m / (1.0 - m)).collect(),
     }
 }
 
 fn received(light: &[[f64; 3]], factors: &[f64]) -> [f64; 3] {
-    light.iter().zip(factors).fold([0.0; 3], |sum, (c, f)| {
-        std::array::from_fn(|k| sum[k] + c[k] * f)
-    })
+    light.iter().zip(factors).fold([0.0; 3], |sum, (c, f)| std::array::from_fn(|k| sum[k] + c[k] * f))
 }
 
 /// Errors of light `found` against `truth`, less where it is faint against the direct luminance.
@@ -395,23 +342,16 @@ fn miss_of(truth: [f64; 3], found: [f64; 3], direct: f64) -> Miss {
         (Some(a), Some(b)) => (a[0] - b[0]).hypot(a[1] - b[1]),
         _ => 0.0,
     };
-    Miss {
-        luminous: (found[1] - truth[1]).abs() / scale,
-        uv: uv * (truth[1] / floor).min(1.0),
-    }
+    Miss { luminous: (found[1] - truth[1]).abs() / scale, uv: uv * (truth[1] / floor).min(1.0) }
 }
 
 fn cells_of(value: &SpectralValue) -> Curve {
     let curve = value.to_spectrum();
-    (0..CELLS)
-        .map(|i| curve.mean(edge_nm(i), edge_nm(i + 1)))
-        .collect()
+    (0..CELLS).map(|i| curve.mean(edge_nm(i), edge_nm(i + 1))).collect()
 }
 
 fn light_of(light: &Spectrum) -> Vec<[f64; 3]> {
-    (0..CELLS)
-        .map(|i| cie::integral(light, edge_nm(i), edge_nm(i + 1)))
-        .collect()
+    (0..CELLS).map(|i| cie::integral(light, edge_nm(i), edge_nm(i + 1))).collect()
 }
 
 #[cfg(test)]
@@ -427,11 +367,7 @@ mod tests {
 
     fn count(reflectances: &[SpectralValue], names: &[&str], tolerance: f64) -> usize {
         let list: Vec<(&SpectralValue, f64)> = reflectances.iter().map(|r| (r, 1.0)).collect();
-        auto(&list, &lamps(names), tolerance)
-            .unwrap()
-            .edges_nm
-            .len()
-            - 1
+        auto(&list, &lamps(names), tolerance).unwrap().edges_nm.len() - 1
     }
 
     #[test]
@@ -448,11 +384,8 @@ mod tests {
 
     #[test]
     fn a_tighter_tolerance_never_takes_fewer_bands() {
-        let paints = [
-            SpectralValue::Rgb([0.6, 0.1, 0.08]),
-            SpectralValue::Rgb([0.1, 0.5, 0.12]),
-            SpectralValue::Grey(0.7),
-        ];
+        let paints =
+            [SpectralValue::Rgb([0.6, 0.1, 0.08]), SpectralValue::Rgb([0.1, 0.5, 0.12]), SpectralValue::Grey(0.7)];
         for lamp in ["D65", "F11", "LED-B3"] {
             let counts = [0.2, 0.05, 0.01].map(|t| count(&paints, &[lamp], t));
             assert!(counts.is_sorted(), "{lamp} {counts:?}");

@@ -171,8 +171,7 @@ fn step_from(c: [f64; 3], slope: &Curve, residual: [f64; 3], damping: f64) -> [f
 
 /// Least squares `(JᵀJ + d diag(JᵀJ)) step = Jᵀ r`.
 fn damped_solve(j: &Matrix, r: [f64; 3], damping: f64) -> [f64; 3] {
-    let mut normal: Matrix =
-        std::array::from_fn(|a| std::array::from_fn(|b| (0..3).map(|k| j[k][a] * j[k][b]).sum()));
+    let mut normal: Matrix = std::array::from_fn(|a| std::array::from_fn(|b| (0..3).map(|k| j[k][a] * j[k][b]).sum()));
     for (k, row) in normal.iter_mut().enumerate() {
         row[k] += damping * row[k] + 1e-18;
     }
@@ -221,11 +220,7 @@ fn corrected(start: Curve, target: [f64; 3]) -> Curve {
         let normal: Matrix = std::array::from_fn(|a| {
             std::array::from_fn(|b| {
                 let ridge = if a == b { 1e-9 } else { 0.0 };
-                (0..KNOTS)
-                    .filter(|&i| free[i])
-                    .map(|i| TO_RGB[a][i] * TO_RGB[b][i])
-                    .sum::<f64>()
-                    + ridge
+                (0..KNOTS).filter(|&i| free[i]).map(|i| TO_RGB[a][i] * TO_RGB[b][i]).sum::<f64>() + ridge
             })
         });
         let step = apply(&inverse(&normal), miss);

@@ -66,9 +66,8 @@ impl Caster {
         let mut triangles = Vec::new();
         for (i, s) in surfaces.list.iter().enumerate() {
             let v: Vec<Vec3A> = s.vertices.iter().map(|p| p.as_vec3a()).collect();
-            triangles.extend(
-                (1..v.len() - 1).map(|k| Triangle { vertices: [v[0], v[k], v[k + 1]], surface: i as u32 }),
-            );
+            triangles
+                .extend((1..v.len() - 1).map(|k| Triangle { vertices: [v[0], v[k], v[k + 1]], surface: i as u32 }));
         }
         Self { tree: Tree::build(&triangles) }
     }

@@ -6,10 +6,10 @@
 
 use glam::DVec3;
 
+use super::caster::{MISS, Ray};
 use super::points::Points;
 use super::world::{Kind, World};
 use crate::light::{Emitter, above_plane, configuration_factor};
-use super::caster::{MISS, Ray};
 
 /// More blockers than this are sampled.
 const MAX_BLOCKERS: usize = 48;
@@ -164,14 +164,7 @@ fn subtract(s: &mut DirectScratch) {
 }
 
 /// Share of the emitter's light that reaches the point, by shadow rays weighted with the kernel.
-fn visible_share(
-    world: &World,
-    emitter: &Emitter,
-    x: DVec3,
-    normal: DVec3,
-    sample: u64,
-    s: &mut DirectScratch,
-) -> f64 {
+fn visible_share(world: &World, emitter: &Emitter, x: DVec3, normal: DVec3, sample: u64, s: &mut DirectScratch) -> f64 {
     let points = Points::new(sample);
     let (mut seen, mut all) = (0.0, 0.0);
     let mut count = FEW_RAYS;

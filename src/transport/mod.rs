@@ -18,5 +18,5 @@ pub use chain::{Fork, Landing, Tint, follow};
 pub use direct::{DirectScratch, direct, transmittance_to};
 pub use glass::Pane;
 pub use optics::Optics;
-pub use rows::{Replica, Rows, RowSettings, Target};
+pub use rows::{Replica, RowSettings, Rows, Target};
 pub use world::{Kind, World, cosine_direction};

@@ -47,10 +47,9 @@ impl Optics {
         let mut specular = Vec::new();
         for m in &scene.materials {
             let (sides, mirror) = match &m.kind {
-                MaterialKind::Diffuse { front, back } => (
-                    [padded(bands.reflectance(back)), padded(bands.reflectance(front))],
-                    Specular::None,
-                ),
+                MaterialKind::Diffuse { front, back } => {
+                    ([padded(bands.reflectance(back)), padded(bands.reflectance(front))], Specular::None)
+                }
                 MaterialKind::Mirror { reflectance } => {
                     ([black.clone(), black.clone()], Specular::Mirror(padded(bands.reflectance(reflectance))))
                 }

@@ -269,7 +269,8 @@ impl<'a> Worker<'a> {
 
     fn sample(&mut self, mesh: &Elements, k: usize, choice: f64, rays: &mut u64) -> Sample {
         self.tint.reset();
-        let landing = follow(self.world, self.optics, self.rays[k], self.hits[k], Fork::Chance(choice), &mut self.tint, rays);
+        let landing =
+            follow(self.world, self.optics, self.rays[k], self.hits[k], Fork::Chance(choice), &mut self.tint, rays);
         let mut sample = Sample {
             key: None,
             target: Target::Escaped,
