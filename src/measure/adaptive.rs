@@ -155,6 +155,8 @@ impl Task<'_> {
     fn first_size(&self) -> f64 {
         let wanted = (self.options.tolerance / 0.05).powf(0.4).clamp(0.1, 2.0) / 24.0;
         let area: f64 = self.world.surfaces.list.iter().map(|s| s.area).sum();
+        // Pictures show every contact: there the rays of finer elements cost less than the paths of near hits.
+        let wanted = if self.scene.views.is_empty() { wanted } else { 0.5 * wanted };
         wanted.max((area / 200_000.0).sqrt())
     }
 
@@ -190,7 +192,7 @@ impl Task<'_> {
                         SensorState {
                             probe,
                             direct,
-                            sums: (0..REPLICAS).map(|_| SetSums::new(pad, REPLICAS)).collect(),
+                            sums: (0..REPLICAS).map(|_| SetSums::new(pad, REPLICAS, true)).collect(),
                             done: 0,
                             wanted: first,
                             xyz: [0.0; 3],
@@ -274,7 +276,7 @@ impl Task<'_> {
 
     fn gather(&self, main: &Solved, twin: &Solved, grids: &mut [Vec<SensorState>], round: usize) -> (u64, u64) {
         let field =
-            Field { world: self.world, optics: self.optics, main, twin: Some(twin), spectral: self.options.spectral };
+            Field { world: self.world, optics: self.optics, main, twin: Some(twin), spectral: self.options.spectral, squares: self.options.spectral };
         let pending = |s: &SensorState| s.probe.status == Status::Ok && s.done < s.wanted;
         let count = grids.iter().flatten().filter(|s| pending(s)).count();
         self.progress.stage(&format!("round {round}: final gather at sensors"), count as u64);
@@ -386,7 +388,7 @@ pub(super) fn holding(grid: &[SensorState], tolerance: f64) -> f64 {
 
 impl SensorState {
     fn restart(&mut self, pad: usize) {
-        self.sums.iter_mut().for_each(|s| *s = SetSums::new(pad, REPLICAS));
+        self.sums.iter_mut().for_each(|s| *s = SetSums::new(pad, REPLICAS, true));
         self.done = 0;
     }
 

@@ -80,6 +80,8 @@ pub(super) struct Field<'a> {
     pub(super) twin: Option<&'a Solved>,
     /// Keep every band, or XYZ alone.
     pub(super) spectral: bool,
+    /// Sum the squares of the bands too, for the error of each.
+    pub(super) squares: bool,
 }
 
 /// Sums over the rays of one set, not yet divided by their number.
@@ -101,14 +103,16 @@ pub(super) struct SetSums {
 }
 
 impl SetSums {
-    pub(super) fn new(pad: usize, replicas: usize) -> Self {
+    /// Sums of nothing, for a number of solutions, with room for a twin where one is looked up.
+    pub(super) fn new(pad: usize, replicas: usize, twin: bool) -> Self {
+        let of_twin = if twin { replicas } else { 0 };
         Self {
             rays: 0,
             main: vec![0.0; replicas * pad],
-            twin: vec![0.0; replicas * pad],
+            twin: vec![0.0; of_twin * pad],
             shared: vec![0.0; pad],
             main_xyz: vec![0.0; 4 * replicas],
-            twin_xyz: vec![0.0; 4 * replicas],
+            twin_xyz: vec![0.0; 4 * of_twin],
             square_y: 0.0,
             square_bands: vec![0.0; pad],
             squared: 0,
@@ -230,8 +234,10 @@ impl<'a> Gatherer<'a> {
 
     fn one(&mut self, ray: Ray, hit: Hit, points: &Points, k: u32, stream: u64, sums: &mut SetSums) {
         let wants_squares = self.field.spectral && k.is_multiple_of(SQUARES_EVERY);
-        self.value.fill(0.0);
         let (end, plain) = self.trace(ray, hit, points, k, stream);
+        if plain && wants_squares {
+            self.value.fill(0.0);
+        }
         if matches!(end, End::Covered) {
             return;
         }
@@ -270,9 +276,11 @@ impl<'a> Gatherer<'a> {
             sums.square_y += f64::from(y) * f64::from(y);
         } else if wants_squares {
             sums.square_y += f64::from(y) * f64::from(y) * f64::from(SQUARES_EVERY);
-            sums.squared += 1;
-            for (s, v) in sums.square_bands.iter_mut().zip(&self.value) {
-                *s += v * v;
+            if self.field.squares {
+                sums.squared += 1;
+                for (s, v) in sums.square_bands.iter_mut().zip(&self.value) {
+                    *s += v * v;
+                }
             }
         }
     }
@@ -366,6 +374,7 @@ impl<'a> Gatherer<'a> {
         if *plain {
             *plain = false;
             self.throughput.fill(1.0);
+            self.value.fill(0.0);
         }
     }
 }

@@ -72,6 +72,15 @@ fn parts(reading: &Readings) -> Parts {
     Parts { value, v_rays, v_rows, naive: reading.naive, x: d * d - d_rays - d_rows }
 }
 
+/// Variance of well-spread rays against that of as many independent ones, pooled.
+pub(super) fn design_effect(readings: &[Readings]) -> f64 {
+    let (own, naive) = readings.iter().map(parts).fold((0.0, 0.0), |(v, n), p| {
+        let scale = p.value * p.value;
+        if scale > 0.0 { (v + p.v_rays / scale, n + p.naive / scale) } else { (v, n) }
+    });
+    if naive > 0.0 { own / naive } else { 0.0 }
+}
+
 /// States the errors of all sensors of a grid, for one quantity. `iteration` is the relative error left by the solver.
 pub(super) fn state(readings: &[Readings], iteration: f64) -> Vec<Stated> {
     let parts: Vec<Parts> = readings.iter().map(parts).collect();

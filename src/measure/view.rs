@@ -1,5 +1,7 @@
 //! Pictures: exact direct light at every pixel, a final gather for the rest, interpolated where it is smooth.
 
+use std::collections::HashMap;
+
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
@@ -7,7 +9,7 @@ use super::adaptive::Task;
 use super::camera::Camera;
 use super::gather::{Field, Gatherer, REPLICAS, SetSums, Solved};
 use super::result::ViewResult;
-use super::statement::{Readings, Stated, median, state};
+use super::statement::{Readings, Stated, design_effect, median, state};
 use crate::scene::View;
 use crate::transport::caster::Ray;
 use crate::transport::points::{Points, seed};
@@ -15,8 +17,14 @@ use crate::transport::{Fork, Landing, Optics, Tint, World, follow};
 
 /// Side of the cells in which reflected light is first interpolated, in pixels.
 const CELL: usize = 8;
-/// Share of the tolerance that interpolation may take.
+/// Share of the tolerance that interpolation may take, and that the noise of a pixel's rays may.
 const INTERPOLATION: f64 = 0.3;
+const NOISE: f64 = 0.35;
+/// Exponent by which the variance of well-spread rays falls with their number.
+const DECAY: f64 = 1.4;
+/// Rays of a first look, and most rays, at one pixel.
+const FIRST_RAYS: u32 = 256;
+const MOST_RAYS: u32 = 1 << 14;
 /// Samples across a pixel that holds an edge.
 const ACROSS: usize = 4;
 /// Neighbours that differ by more than this in luminance get the finer sampling.
@@ -95,18 +103,42 @@ struct Painter<'a> {
     task: &'a Task<'a>,
     camera: Camera,
     field: &'a Field<'a>,
-    rays: u32,
+    noise: Noise,
     stream: u64,
+}
+
+/// What decides how many rays a pixel needs.
+#[derive(Clone, Copy, Debug)]
+struct Noise {
+    /// Variance of well-spread rays against independent ones.
+    design: f64,
+    /// Mean illuminance of what the picture shows, lx.
+    mean: f64,
+    tolerance: f64,
+}
+
+impl Noise {
+    /// Rays that keep the noise of an illuminance to its share of the tolerance; `variance` is that of one ray.
+    fn rays(&self, variance: f64, illuminance: f64) -> u32 {
+        let scale = illuminance.max(0.1 * self.mean);
+        if variance <= 0.0 || scale <= 0.0 {
+            return FIRST_RAYS;
+        }
+        let now = self.design * variance / f64::from(FIRST_RAYS);
+        let allowed = (NOISE * self.tolerance * scale / 1.96).powi(2);
+        let wanted = f64::from(FIRST_RAYS) * (now / allowed).powf(1.0 / DECAY);
+        (wanted.min(f64::from(MOST_RAYS)) as u32).next_power_of_two().clamp(FIRST_RAYS, MOST_RAYS)
+    }
 }
 
 /// Makes one picture.
 pub(super) fn paint(task: &Task<'_>, view: &View, number: usize, main: &Solved, twin: &Solved) -> (ViewResult, u64) {
     let camera = Camera::new(view, &task.world.surfaces.frame);
     let stream = seed(&[task.options.seed, STREAM, 1 + number as u64]);
-    let (stated, rays, cast) = judge(task, &camera, main, twin, stream);
+    let (stated, noise, cast) = judge(task, &camera, main, twin, stream);
     let mean = main.averaged(task.optics);
-    let field = Field { world: task.world, optics: task.optics, main: &mean, twin: None, spectral: true };
-    let painter = Painter { task, camera, field: &field, rays, stream };
+    let field = Field { world: task.world, optics: task.optics, main: &mean, twin: None, spectral: true, squares: false };
+    let painter = Painter { task, camera, field: &field, noise, stream };
     task.progress.stage(&format!("picture {}", view.name), camera.height as u64);
     let base = painter.base();
     let (reflected, gathered) = painter.reflected(&base);
@@ -131,46 +163,62 @@ pub(super) fn paint(task: &Task<'_>, view: &View, number: usize, main: &Solved, 
     (result, cast + gathered + more)
 }
 
-/// States the error of the irradiance at some pixels, raising the number of rays until they hold.
-fn judge(task: &Task<'_>, camera: &Camera, main: &Solved, twin: &Solved, stream: u64) -> (Vec<Stated>, u32, u64) {
-    let (world, optics) = (task.world, task.optics);
+/// States the error of the irradiance at some pixels, each with the rays that its noise asks for.
+fn judge(task: &Task<'_>, camera: &Camera, main: &Solved, twin: &Solved, stream: u64) -> (Vec<Stated>, Noise, u64) {
+    let places = judged_places(task, camera);
+    let (first, cast) = read_all(task, &places, main, twin, stream, &vec![FIRST_RAYS; places.len()]);
+    let values: Vec<f64> = state(&first, 0.0).iter().map(|s| s.value).collect();
+    let noise = Noise {
+        design: design_effect(&first),
+        mean: values.iter().sum::<f64>() / values.len().max(1) as f64,
+        tolerance: task.options.tolerance,
+    };
+    let rays: Vec<u32> =
+        first.iter().zip(&values).map(|(r, v)| noise.rays(r.naive * f64::from(FIRST_RAYS), *v)).collect();
+    let (second, more) = read_all(task, &places, main, twin, stream, &rays);
+    (state(&second, 0.0), noise, cast + more)
+}
+
+/// Points seen by pixels spread over the picture, with their normals.
+fn judged_places(task: &Task<'_>, camera: &Camera) -> Vec<(DVec3, DVec3)> {
     let pixels = camera.width * camera.height;
     let stride = (pixels as f64 / JUDGED as f64).max(1.0);
     let mut sights = Vec::new();
-    let places: Vec<(DVec3, DVec3)> = (0..pixels.min(JUDGED))
+    (0..pixels.min(JUDGED))
         .filter_map(|k| {
             let pixel = ((k as f64 + 0.5) * stride) as usize % pixels;
             let (x, y) = ((pixel % camera.width) as f64 + 0.5, (pixel / camera.width) as f64 + 0.5);
-            look(world, optics, Ray::new(camera.eye(), camera.direction(x, y)?), &mut sights);
+            look(task.world, task.optics, Ray::new(camera.eye(), camera.direction(x, y)?), &mut sights);
             sights.first().map(|s| (s.point, s.normal))
         })
+        .collect()
+}
+
+/// Reads every place with its number of rays.
+fn read_all(
+    task: &Task<'_>,
+    places: &[(DVec3, DVec3)],
+    main: &Solved,
+    twin: &Solved,
+    stream: u64,
+    rays: &[u32],
+) -> (Vec<Readings>, u64) {
+    let field = Field { world: task.world, optics: task.optics, main, twin: Some(twin), spectral: false, squares: false };
+    let readings: Vec<(Readings, u64)> = places
+        .par_iter()
+        .zip(rays)
+        .enumerate()
+        .map_init(
+            || Gatherer::new(&field),
+            |g, (i, ((x, normal), rays))| {
+                let before = g.cast + g.scratch.rays;
+                let reading = read(task, g, *x, *normal, seed(&[stream, 2, i as u64]), rays / REPLICAS as u32);
+                (reading, g.cast + g.scratch.rays - before)
+            },
+        )
         .collect();
-    let field = Field { world, optics, main, twin: Some(twin), spectral: false };
-    let mut set = 64u32;
-    let mut cast = 0;
-    loop {
-        let readings: Vec<(Readings, u64)> = places
-            .par_iter()
-            .enumerate()
-            .map_init(
-                || Gatherer::new(&field),
-                |g, (i, (x, normal))| {
-                    let before = g.cast + g.scratch.rays;
-                    let reading = read(task, g, *x, *normal, seed(&[stream, 2, i as u64]), set);
-                    (reading, g.cast + g.scratch.rays - before)
-                },
-            )
-            .collect();
-        cast += readings.iter().map(|r| r.1).sum::<u64>();
-        let readings: Vec<Readings> = readings.into_iter().map(|r| r.0).collect();
-        let stated = state(&readings, 0.0);
-        let holds = |s: &&Stated| s.rays <= 0.5 * task.options.tolerance * s.scale;
-        let share = stated.iter().filter(holds).count() as f64 / stated.len().max(1) as f64;
-        if share >= 0.95 || set >= 1 << 14 {
-            return (stated, set * REPLICAS as u32, cast);
-        }
-        set *= 2;
-    }
+    let cast = readings.iter().map(|r| r.1).sum();
+    (readings.into_iter().map(|r| r.0).collect(), cast)
 }
 
 fn read(task: &Task<'_>, g: &mut Gatherer<'_>, x: DVec3, normal: DVec3, stream: u64, set: u32) -> Readings {
@@ -180,7 +228,7 @@ fn read(task: &Task<'_>, g: &mut Gatherer<'_>, x: DVec3, normal: DVec3, stream: 
     let mut reading = Readings { naive: 0.0, ..Readings::default() };
     let (mut mean, mut square) = (0.0, 0.0);
     for a in 0..REPLICAS {
-        let mut sums = SetSums::new(optics.pad, REPLICAS);
+        let mut sums = SetSums::new(optics.pad, REPLICAS, true);
         g.gather(x, normal, seed(&[stream, a as u64]), (0, set), &mut sums);
         for b in 0..REPLICAS {
             let reflected = sums.xyz(b, optics, false)[1];
@@ -233,39 +281,72 @@ impl Painter<'_> {
     fn reflected(&self, base: &Base) -> (Vec<Vec<f32>>, u64) {
         let (w, h) = (self.camera.width, self.camera.height);
         let columns = w.div_ceil(CELL);
-        let blocks: Vec<(Vec<(usize, Vec<f32>)>, u64)> = (0..columns * h.div_ceil(CELL))
+        let corners: Vec<usize> =
+            (0..h).step_by(CELL).flat_map(|y| (0..w).step_by(CELL).map(move |x| y * w + x)).collect();
+        let at_corners: Vec<(Vec<f32>, u64)> = corners
+            .par_iter()
+            .map_init(
+                || Gatherer::new(self.field),
+                |g, pixel| {
+                    let before = g.cast + g.scratch.rays;
+                    (self.value(g, base, *pixel), g.cast + g.scratch.rays - before)
+                },
+            )
+            .collect();
+        let mut rays: u64 = at_corners.iter().map(|c| c.1).sum();
+        let blocks: Vec<(HashMap<usize, Vec<f32>>, u64)> = (0..corners.len())
             .into_par_iter()
             .map_init(
                 || Gatherer::new(self.field),
                 |g, block| {
                     let (x, y) = (block % columns * CELL, block / columns * CELL);
                     let before = g.cast + g.scratch.rays;
-                    let mut cell = Cell { painter: self, base, gatherer: g, known: Vec::new() };
+                    let mut cell = Cell { painter: self, base, corners: &at_corners, gatherer: g, known: HashMap::new() };
                     cell.fill(x, y, CELL);
                     let found = cell.known;
-                    let rays = g.cast + g.scratch.rays - before;
                     if block % columns == 0 {
                         self.task.progress.advance(CELL.min(h - y) as u64);
                     }
-                    (found, rays)
+                    (found, g.cast + g.scratch.rays - before)
                 },
             )
             .collect();
         let mut image = vec![Vec::new(); w * h];
-        let mut rays = 0;
-        for (found, cast) in blocks {
+        for (block, (found, cast)) in blocks.into_iter().enumerate() {
             rays += cast;
+            let (x, y) = (block % columns * CELL, block / columns * CELL);
             for (pixel, value) in found {
-                image[pixel] = value;
+                // A block may have looked at its neighbours' pixels; it fills its own alone.
+                if (x..x + CELL).contains(&(pixel % w)) && (y..y + CELL).contains(&(pixel / w)) {
+                    image[pixel] = value;
+                }
             }
         }
         (image, rays)
     }
 
-    fn gather(&self, g: &mut Gatherer<'_>, sight: &Sight, stream: u64, rays: u32) -> Vec<f32> {
-        let mut sums = SetSums::new(self.task.optics.pad, 1);
-        g.gather(sight.point, sight.normal, seed(&[self.stream, 3, stream]), (0, rays), &mut sums);
-        sums.bands(0, self.task.optics.pad, false).map(|x| x as f32).collect()
+    /// Gathered reflected light of a pixel.
+    fn value(&self, g: &mut Gatherer<'_>, base: &Base, pixel: usize) -> Vec<f32> {
+        match base.sights[pixel].first() {
+            Some(sight) => self.gather(g, sight, pixel as u64, &base.direct[pixel], 1.0),
+            None => vec![0.0; self.task.optics.pad],
+        }
+    }
+
+    /// Reflected irradiance at a sight by band, with the rays that its noise asks for; `share` of them for samples that
+    /// are averaged with others.
+    fn gather(&self, g: &mut Gatherer<'_>, sight: &Sight, stream: u64, direct: &[f64], share: f64) -> Vec<f32> {
+        let optics = self.task.optics;
+        let mut sums = SetSums::new(optics.pad, 1, false);
+        let stream = seed(&[self.stream, 3, stream]);
+        let first = (f64::from(FIRST_RAYS) * share) as u32;
+        g.gather(sight.point, sight.normal, stream, (0, first), &mut sums);
+        let mean = sums.xyz(0, optics, false)[1];
+        let variance = sums.mean_square_y() - mean * mean;
+        let wanted = self.noise.rays(variance, mean + optics.xyz_of_direct(direct)[1]);
+        let wanted = (f64::from(wanted) * share) as u32;
+        g.gather(sight.point, sight.normal, stream, (first, wanted.max(first)), &mut sums);
+        sums.bands(0, optics.pad, false).map(|x| x as f32).collect()
     }
 
     /// Radiance of a sight from its irradiance, added to `out` with a weight.
@@ -296,7 +377,7 @@ impl Painter<'_> {
                     } else {
                         let stream = (k as u64) << 40 | pixel as u64;
                         let direct = g.direct(sight.point, sight.normal, seed(&[self.stream, stream])).0;
-                        let light = self.gather(g, sight, stream, self.rays / 2);
+                        let light = self.gather(g, sight, stream, &direct, 1.0);
                         self.radiance(sight, &direct, &light, 1.0, out);
                     }
                 }
@@ -375,7 +456,7 @@ impl Painter<'_> {
                 match near {
                     Some(p) => self.radiance(sight, &direct, &reflected[p], weight, &mut out),
                     None => {
-                        let light = self.gather(g, sight, stream, self.rays / 4);
+                        let light = self.gather(g, sight, stream, &direct, 0.25);
                         self.radiance(sight, &direct, &light, weight, &mut out);
                     }
                 }
@@ -389,8 +470,10 @@ impl Painter<'_> {
 struct Cell<'p, 'g, 'f> {
     painter: &'p Painter<'p>,
     base: &'p Base,
+    /// Values at the corners of all cells.
+    corners: &'p [(Vec<f32>, u64)],
     gatherer: &'g mut Gatherer<'f>,
-    known: Vec<(usize, Vec<f32>)>,
+    known: HashMap<usize, Vec<f32>>,
 }
 
 impl Cell<'_, '_, '_> {
@@ -401,16 +484,41 @@ impl Cell<'_, '_, '_> {
             return;
         }
         if size == 1 {
-            let value = self.value(x, y);
-            self.known.push((y * w + x, value));
+            self.value(x, y);
             return;
         }
         if self.is_one_surface(x, y, size) && self.interpolate(x, y, size) {
             return;
         }
+        if size == 2 {
+            return self.share(x, y);
+        }
         let half = size / 2;
         for (dx, dy) in [(0, 0), (half, 0), (0, half), (half, half)] {
             self.fill(x + dx, y + dy, half);
+        }
+    }
+
+    /// Four pixels at an edge: those that see one surface share a value, taken where the first of them looks.
+    fn share(&mut self, x: usize, y: usize) {
+        let (w, h) = (self.painter.camera.width, self.painter.camera.height);
+        let block: Vec<(usize, usize)> = [(0, 0), (1, 1), (1, 0), (0, 1)]
+            .map(|(dx, dy)| (x + dx, y + dy))
+            .into_iter()
+            .filter(|(x, y)| *x < w && *y < h)
+            .collect();
+        let key = |(x, y): (usize, usize)| match &self.base.sights[y * w + x][..] {
+            [s] if s.tint.is_none() => Some((s.surface, s.front)),
+            _ => None,
+        };
+        let keys: Vec<_> = block.iter().map(|p| key(*p)).collect();
+        for (k, (x, y)) in block.iter().enumerate() {
+            let same = keys[..k].iter().position(|other| keys[k].is_some() && *other == keys[k]);
+            let value = match same {
+                Some(first) => self.value(block[first].0, block[first].1),
+                None => self.value(*x, *y),
+            };
+            self.known.insert(y * w + x, value);
         }
     }
 
@@ -436,7 +544,8 @@ impl Cell<'_, '_, '_> {
         let direct = optics.xyz_of_direct(&self.base.direct[(y + size / 2) * w + x + size / 2])[1];
         let mean = corners.iter().map(|c| luminous(c)).sum::<f64>() / 4.0;
         let here = luminous(&middle);
-        let allowed = INTERPOLATION * self.painter.task.options.tolerance * (here + direct);
+        // The difference holds the noise of both sides as well.
+        let allowed = INTERPOLATION.hypot(NOISE) * self.painter.task.options.tolerance * (here + direct);
         if (mean - here).abs() > allowed {
             return false;
         }
@@ -445,19 +554,26 @@ impl Cell<'_, '_, '_> {
                 let (s, t) = (i as f32 / size as f32, j as f32 / size as f32);
                 let weights = [(1.0 - s) * (1.0 - t), s * (1.0 - t), (1.0 - s) * t, s * t];
                 let value = (0..optics.pad).map(|b| (0..4).map(|k| weights[k] * corners[k][b]).sum()).collect();
-                self.known.push(((y + j) * w + x + i, value));
+                self.known.entry((y + j) * w + x + i).or_insert(value);
             }
         }
         true
     }
 
-    /// Gathered reflected light of a pixel.
+    /// Gathered reflected light of a pixel, remembered.
     fn value(&mut self, x: usize, y: usize) -> Vec<f32> {
-        let pixel = y * self.painter.camera.width + x;
-        match self.base.sights[pixel].first() {
-            Some(sight) => self.painter.gather(self.gatherer, sight, pixel as u64, self.painter.rays),
-            None => vec![0.0; self.painter.task.optics.pad],
+        let w = self.painter.camera.width;
+        let pixel = y * w + x;
+        if let Some(known) = self.known.get(&pixel) {
+            return known.clone();
         }
+        let value = if x % CELL == 0 && y % CELL == 0 {
+            self.corners[y / CELL * w.div_ceil(CELL) + x / CELL].0.clone()
+        } else {
+            self.painter.value(self.gatherer, self.base, pixel)
+        };
+        self.known.insert(pixel, value.clone());
+        value
     }
 }
 
