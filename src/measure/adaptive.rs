@@ -340,13 +340,14 @@ impl Task<'_> {
     /// Decides what to refine.
     fn plan(&self, grids: &mut [Vec<SensorState>], size: &mut f64, elements: usize) -> Plan {
         let tolerance = self.options.tolerance;
-        if grids.iter().all(|g| holding(g, tolerance) >= HOLD) {
+        let open: Vec<Vec<usize>> = grids.iter().map(|g| open_quantities(g, tolerance)).collect();
+        if open.iter().all(Vec::is_empty) {
             return Plan::Stop;
         }
         let (mut failing, mut blames_mesh, mut more_rays) = (0, 0, 0);
         let mut ratios = Vec::new();
-        for s in grids.iter_mut().filter(|g| holding(g, tolerance) < HOLD).flatten() {
-            let Some(worst) = s.worst(tolerance) else { continue };
+        for (s, quantities) in grids.iter_mut().zip(&open).flat_map(|(g, q)| g.iter_mut().map(move |s| (s, q))) {
+            let Some(worst) = s.worst(quantities, tolerance) else { continue };
             failing += 1;
             let excess = worst.error / (tolerance * worst.scale);
             if worst.rays >= worst.rows.max(worst.mesh) {
@@ -377,13 +378,22 @@ enum Plan {
     FinerMesh,
 }
 
-/// Share of the lit sensors of a grid that hold the tolerance.
-pub(super) fn holding(grid: &[SensorState], tolerance: f64) -> f64 {
+/// Number of lit sensors of a grid that hold the tolerance, in the quantity (Y, or a band) where the fewest do.
+pub(super) fn holding(grid: &[SensorState], tolerance: f64) -> usize {
+    let quantities = grid.iter().find(|s| s.probe.status == Status::Ok).map_or(0, |s| 1 + s.bands.len());
+    (0..quantities).map(|q| holding_in(grid, q, tolerance)).min().unwrap_or(0)
+}
+
+/// The same in one quantity: Y is number 0, bands follow.
+fn holding_in(grid: &[SensorState], quantity: usize, tolerance: f64) -> usize {
+    grid.iter().filter(|s| s.probe.status == Status::Ok && s.stated(quantity).holds(tolerance)).count()
+}
+
+/// Quantities of a grid in which too few sensors hold.
+fn open_quantities(grid: &[SensorState], tolerance: f64) -> Vec<usize> {
     let lit = grid.iter().filter(|s| s.probe.status == Status::Ok).count();
-    if lit == 0 {
-        return 1.0;
-    }
-    grid.iter().filter(|s| s.holds(tolerance)).count() as f64 / lit as f64
+    let quantities = grid.iter().find(|s| s.probe.status == Status::Ok).map_or(0, |s| 1 + s.bands.len());
+    (0..quantities).filter(|q| (holding_in(grid, *q, tolerance) as f64) < HOLD * lit as f64).collect()
 }
 
 impl SensorState {
@@ -392,21 +402,20 @@ impl SensorState {
         self.done = 0;
     }
 
-    /// Is the sensor lit, and its error inside the tolerance in all that was asked?
-    pub(super) fn holds(&self, tolerance: f64) -> bool {
-        self.probe.status == Status::Ok && self.worst(tolerance).is_none()
+    fn stated(&self, quantity: usize) -> &Stated {
+        if quantity == 0 { &self.y } else { &self.bands[quantity - 1] }
     }
 
-    /// The quantity furthest beyond the tolerance, if any is.
-    fn worst(&self, tolerance: f64) -> Option<Stated> {
+    /// The quantity furthest beyond the tolerance among those that matter, if any is.
+    fn worst(&self, quantities: &[usize], tolerance: f64) -> Option<Stated> {
         if self.probe.status != Status::Ok {
             return None;
         }
-        let beyond = |s: &&Stated| s.error > tolerance * s.scale;
         let excess = |s: &Stated| s.error / s.scale;
-        std::iter::once(&self.y)
-            .chain(&self.bands)
-            .filter(beyond)
+        quantities
+            .iter()
+            .map(|q| self.stated(*q))
+            .filter(|s| !s.holds(tolerance))
             .max_by(|a, b| excess(a).total_cmp(&excess(b)))
             .copied()
     }

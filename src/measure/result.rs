@@ -29,7 +29,8 @@ pub struct GridResult {
     pub layout: GridLayout,
     /// One entry per sensor, in the user's order.
     pub sensors: Vec<SensorResult>,
-    /// Number of lit (status ok) sensors whose stated error is inside the tolerance.
+    /// Number of lit (status ok) sensors whose stated error is inside the tolerance; where bands were asked for, in the
+    /// band in which the fewest are.
     pub holding: usize,
 }
 

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use super::adaptive::{Adapted, SensorState, Task};
+use super::adaptive::{Adapted, SensorState, Task, holding};
 use super::options::{Method, Progress, SolveOptions};
 use super::result::{
     BandValue, GridResult, Ledger, LeftOut, Measurement, Record, SensorResult, Setting, Status, ViewResult,
@@ -13,6 +13,9 @@ use crate::scene::{MaterialKind, Scene};
 use crate::spectrum::{Bands, SpectralValue, Spectrum};
 use crate::transport::points::seed;
 use crate::transport::{Optics, World};
+
+/// Paths from a pixel, at most: a picture has many pixels and the eye averages.
+const PIXEL_PATHS: u64 = 256;
 
 /// Solves a scene to the tolerance asked for.
 ///
@@ -93,7 +96,7 @@ fn by_radiosity(task: &Task<'_>, mut record: Record) -> Result<Measurement> {
         .map(|(grid, states)| GridResult {
             name: grid.name.clone(),
             layout: grid.layout.clone(),
-            holding: states.iter().filter(|s| s.holds(task.options.tolerance)).count(),
+            holding: holding(states, task.options.tolerance),
             sensors: grid.sensors.iter().zip(states).map(|(sensor, s)| reading(task, sensor, s)).collect(),
         })
         .collect();
@@ -198,7 +201,7 @@ fn by_path_tracing(task: &Task<'_>, mut record: Record) -> Measurement {
         .views
         .iter()
         .enumerate()
-        .map(|(number, v)| view::trace(task, v, number, task.options.paths.unwrap_or(256)))
+        .map(|(number, v)| view::trace(task, v, number, paths.min(PIXEL_PATHS)))
         .collect();
     record.counts.extend([("rays".into(), rays), ("paths_per_sensor".into(), paths)]);
     Measurement { bands: task.optics.bands.clone(), grids, views, ledger: Ledger::default(), record }

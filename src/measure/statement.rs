@@ -47,6 +47,13 @@ pub(super) struct Stated {
     pub(super) scale: f64,
 }
 
+impl Stated {
+    /// Is the error inside the tolerance?
+    pub(super) fn holds(&self, tolerance: f64) -> bool {
+        self.error <= tolerance * self.scale
+    }
+}
+
 struct Parts {
     value: f64,
     v_rays: f64,
