@@ -233,7 +233,7 @@ impl Painter<'_> {
     fn reflected(&self, base: &Base) -> (Vec<Vec<f32>>, u64) {
         let (w, h) = (self.camera.width, self.camera.height);
         let columns = w.div_ceil(CELL);
-        let blocks: Vec<(Vec<(usize, Vec<f32>)>, u64)> = (0..columns * h.div_ceil(CELL))
+        let blocks: Vec<_> = (0..columns * h.div_ceil(CELL))
             .into_par_iter()
             .map_init(
                 || Gatherer::new(self.field),
