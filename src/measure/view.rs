@@ -283,7 +283,7 @@ impl Painter<'_> {
         let columns = w.div_ceil(CELL);
         let corners: Vec<usize> =
             (0..h).step_by(CELL).flat_map(|y| (0..w).step_by(CELL).map(move |x| y * w + x)).collect();
-        let at_corners: Vec<(Vec<f32>, u64)> = corners
+        let at_corners: Vec<_> = corners
             .par_iter()
             .map_init(
                 || Gatherer::new(self.field),
@@ -294,7 +294,7 @@ impl Painter<'_> {
             )
             .collect();
         let mut rays: u64 = at_corners.iter().map(|c| c.1).sum();
-        let blocks: Vec<(HashMap<usize, Vec<f32>>, u64)> = (0..corners.len())
+        let blocks: Vec<_> = (0..corners.len())
             .into_par_iter()
             .map_init(
                 || Gatherer::new(self.field),
