@@ -1,8 +1,10 @@
 //! The reference: unbiased spectral path tracing at the same sensors (Kajiya 1986), with next-event estimation.
 //!
 //! Simple, slow, the judge of all other methods. It shares scene and ray caster with them and nothing of the mesh, the
-//! rows or the exact clipping. Paths come in independent batches of well-spread points; their scatter gives the
-//! confidence interval.
+//! rows or the exact clipping. Light of an emitter is found in two ways, by a point chosen on it and by a ray that
+//! happens to land there, weighted by the balance heuristic (Veach and Guibas 1995): a chosen point alone has no finite
+//! variance where an emitter meets a wall. Paths come in independent batches of well-spread points; their scatter gives
+//! the confidence interval.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -11,11 +13,14 @@ use super::options::Progress;
 use super::probe::Probe;
 use super::result::{BandValue, GridResult, SensorResult, Status};
 use super::statement::student;
+use crate::light::Emitter;
 use crate::mesh::sample_polygon;
 use crate::scene::{Grid, Sensor};
 use crate::transport::caster::Ray;
 use crate::transport::points::{Points, seed};
-use crate::transport::{DirectScratch, Fork, Landing, Optics, Tint, World, cosine_direction, follow, transmittance_to};
+use crate::transport::{
+    DirectScratch, Fork, Kind, Landing, Optics, Tint, World, cosine_direction, follow, transmittance_to,
+};
 
 /// Independent batches.
 const BATCHES: usize = 32;
@@ -34,6 +39,8 @@ pub(super) struct Tracer<'a> {
     throughput: Vec<f32>,
     /// Sum of one path, reflected light.
     path: Vec<f32>,
+    /// Direct light at the start of one path, per unit exitance of each group.
+    direct: Vec<f64>,
     /// Cumulated power of the emitters, and each one's share.
     odds: &'a [(f64, f64)],
     cast: u64,
@@ -41,7 +48,7 @@ pub(super) struct Tracer<'a> {
 
 /// Cumulated odds of the emitters, by power in all bands, and each one's own.
 pub(super) fn emitter_odds(world: &World, optics: &Optics) -> Vec<(f64, f64)> {
-    let power = |e: &crate::light::Emitter| e.area * f64::from(optics.exitance[e.group].iter().sum::<f32>());
+    let power = |e: &Emitter| e.area * f64::from(optics.exitance[e.group].iter().sum::<f32>());
     let total: f64 = world.emitters.list.iter().map(power).sum();
     let mut sum = 0.0;
     world
@@ -65,12 +72,13 @@ impl<'a> Tracer<'a> {
             tint: Tint::new(optics.pad),
             throughput: vec![1.0; optics.pad],
             path: vec![0.0; optics.pad],
+            direct: vec![0.0; world.emitters.groups()],
             odds,
             cast: 0,
         }
     }
 
-    /// Irradiance per unit exitance from one point of one emitter, chosen by chance.
+    /// Irradiance per unit exitance from one point of one emitter, chosen by chance; weighted against [`Self::landed`].
     fn next_event(&mut self, x: DVec3, normal: DVec3, points: &Points, k: u32, dimension: u32) -> Option<(usize, f64)> {
         let want = points.get(k, dimension);
         let chosen = self.odds.iter().position(|o| want < o.0)?;
@@ -85,14 +93,34 @@ impl<'a> Tracer<'a> {
         let r2 = d.length_squared();
         let left = transmittance_to(self.world, x, d, emitter.surface, &mut self.scratch);
         let kernel = cosines / (std::f64::consts::PI * r2 * r2);
-        (left > 0.0).then(|| (emitter.group, kernel * emitter.area * left / self.odds[chosen].1))
+        let density = self.odds[chosen].1 / emitter.area;
+        // A ray cannot land on an emitter that is itself a mirror or a pane.
+        let rival = if self.world.kind(emitter.surface as u32) == Kind::Diffuse { kernel } else { 0.0 };
+        (left > 0.0).then(|| (emitter.group, kernel * left / (density + rival)))
     }
 
-    /// One path: direct light at its start is returned apart, all else is left in `self.path`. `None`: covered.
-    fn trace(&mut self, start: DVec3, facing: DVec3, points: &Points, k: u32) -> Option<Option<(usize, f64)>> {
+    /// Irradiance per unit exitance from where a ray from `x` landed, weighted against [`Self::next_event`]: the density
+    /// of points chosen on the emitter against that of rays, both by its area.
+    fn landed(&self, x: DVec3, normal: DVec3, surface: u32, front: bool, point: DVec3) -> Option<(usize, f64)> {
+        let group = self.world.group(surface, front)?;
+        let is_it = |e: &Emitter| e.surface == surface as usize && e.front == front;
+        let chosen = self.world.emitters.list.iter().position(is_it)?;
+        let emitter = &self.world.emitters.list[chosen];
+        let d = point - x;
+        let r2 = d.length_squared();
+        let kernel = normal.dot(d).max(0.0) * (-emitter.normal.dot(d)).max(0.0) / (std::f64::consts::PI * r2 * r2);
+        let density = self.odds[chosen].1 / emitter.area;
+        (kernel > 0.0).then(|| (group, kernel / (kernel + density)))
+    }
+
+    /// One path: direct light at its start is left in `self.direct`, all else in `self.path`. Was the start free?
+    fn trace(&mut self, start: DVec3, facing: DVec3, points: &Points, k: u32) -> bool {
         self.path.fill(0.0);
+        self.direct.fill(0.0);
         self.throughput.fill(1.0);
-        let direct = self.next_event(start, facing, points, k, 0);
+        if let Some((group, factor)) = self.next_event(start, facing, points, k, 0) {
+            self.direct[group] += factor;
+        }
         let (mut x, mut normal) = (start, facing);
         for bounce in 0..MAX_BOUNCES {
             let base = bounce * STRIDE;
@@ -104,14 +132,24 @@ impl<'a> Tracer<'a> {
             let fork = Fork::Chance(points.get(k, base + 5));
             let landing = follow(self.world, self.optics, ray, hit, fork, &mut self.tint, &mut self.cast);
             let Landing::Surface { surface, front, point, mirrored, .. } = landing else {
-                return (!(bounce == 0 && matches!(landing, Landing::Covered))).then_some(direct);
+                return bounce > 0 || !matches!(landing, Landing::Covered);
             };
             let s = &self.world.surfaces.list[surface as usize];
             let rho = self.optics.rho(s.material, front);
-            if mirrored && let Some(group) = self.world.group(surface, front) {
-                for band in 0..self.path.len() {
-                    self.path[band] +=
-                        self.throughput[band] * self.tint.share(band) * self.optics.exitance[group][band];
+            // Next events do not see what mirrors show: such a landing has no rival.
+            let seen = if mirrored {
+                self.world.group(surface, front).map(|group| (group, 1.0))
+            } else {
+                self.landed(x, normal, surface, front, point)
+            };
+            if let Some((group, weight)) = seen {
+                if bounce == 0 && !mirrored {
+                    self.direct[group] += weight * f64::from(self.tint.scale);
+                } else {
+                    for band in 0..self.path.len() {
+                        let share = self.tint.share(band) * weight as f32;
+                        self.path[band] += self.throughput[band] * share * self.optics.exitance[group][band];
+                    }
                 }
             }
             let mut strongest = 0.0f32;
@@ -122,7 +160,7 @@ impl<'a> Tracer<'a> {
             if bounce >= ROULETTE_FROM || strongest == 0.0 {
                 let survival = strongest.min(0.95);
                 if points.get(k, base + 6) >= f64::from(survival) {
-                    return Some(direct);
+                    return true;
                 }
                 self.throughput.iter_mut().for_each(|t| *t /= survival);
             }
@@ -134,7 +172,7 @@ impl<'a> Tracer<'a> {
                 }
             }
         }
-        Some(direct)
+        true
     }
 }
 
@@ -236,10 +274,12 @@ impl Tracer<'_> {
             paths: 0.0,
         };
         for k in 0..paths {
-            let Some(direct) = self.trace(probe.position, probe.normal, &points, k) else { continue };
+            if !self.trace(probe.position, probe.normal, &points, k) {
+                continue;
+            }
             batch.paths += 1.0;
-            if let Some((group, factor)) = direct {
-                batch.direct[group] += factor;
+            for (sum, factor) in batch.direct.iter_mut().zip(&self.direct) {
+                *sum += factor;
             }
             for (sum, v) in batch.reflected.iter_mut().zip(&self.path) {
                 *sum += f64::from(*v);
