@@ -1,18 +1,27 @@
 //! Sampled rows, balanced so that flux is conserved.
 //!
-//! A row sums to what its own rays saw closed. Reciprocity asks more: over a set of elements, the light that arrives
-//! must be what the set's area allows, `Σ_i A_i Σ_{j∈g} F_ij = Σ_{j∈g} A_j h_j` with `h` the closed share of a row.
-//! Sampled rows meet this only on average; near a reflectance of one the difference is amplified without bound. So
-//! columns are scaled by set until it holds, rows being renormalised (Sinkhorn and Knopp 1967). The sets are large on
-//! purpose: entering each ray in both its rows instead would be exactly reciprocal, but every ray would then carry
-//! light back the way it came, which was measured to bias reflected light by 1 to 2 %.
+//! A row sums to what its own rays saw closed. Reciprocity asks more: the light that arrives from an element must be
+//! what its area allows, `Σ_i A_i F_ij = A_j h_j` with `h` the closed share of row *j*. Sampled rows meet this only on
+//! average, and near a reflectance of one the difference is amplified without bound. It is mended in two steps, both
+//! local to a set of neighbouring elements `g`:
+//!
+//! 1. columns are scaled by set until `Σ_i A_i Σ_{j∈g} F_ij = Σ_{j∈g} A_j h_j`, rows being renormalised (Sinkhorn and
+//!    Knopp 1967);
+//! 2. what is left within a set, `c_j = A_j h_j − Σ_i A_i F_ij`, is given to all who look at the set: the product takes
+//!    `x_j + Σ_{k∈g} c_k x_k / Σ_{k∈g} A_k h_k` in place of `x_j`. Flux is then conserved to rounding.
+//!
+//! Sets never join what no ray joins, so nothing leaks into a sealed room. Entering each ray in both its rows instead
+//! would be exactly reciprocal, but every ray would then carry light back the way it came, which was measured to bias
+//! reflected light by 1 to 2 %.
 
 use super::is_open;
 use crate::mesh::Elements;
 use crate::transport::{Rows, Target};
 
-/// Elements in a set.
-const SET: usize = 256;
+/// Elements in a set, about.
+const SET: usize = 64;
+/// Rays that a set must receive to be balanced: with fewer, the mend is noisier than the ill.
+const ENOUGH: usize = 96;
 const MAX_SWEEPS: usize = 60;
 
 /// The transport matrix `F` of one replica, by rows.
@@ -20,13 +29,23 @@ const MAX_SWEEPS: usize = 60;
 pub struct Exchange {
     /// Valid area of each element, in the program's frame.
     pub area: Vec<f64>,
+    /// Share of each row that stays in the scene.
+    pub closed: Vec<f64>,
     start: Vec<u32>,
     entries: Vec<Entry>,
     /// What does not arrive at an element.
     pub(super) exits: Vec<Exit>,
     /// Largest correction of a set, `|c − 1|`.
     pub correction: f64,
+    /// Set of each element; [`ALONE`] where it is left as it is.
+    set: Vec<u32>,
+    /// What each element's column lacks, over what its set sends.
+    lack: Vec<f64>,
+    sets: usize,
 }
+
+/// In no set.
+const ALONE: u32 = u32::MAX;
 
 #[derive(Clone, Copy, Debug)]
 struct Entry {
@@ -56,25 +75,40 @@ pub(super) enum Way {
 }
 
 impl Exchange {
-    /// Builds and balances the matrix of one replica, to the relative closure defect `closure`.
+    /// The matrix of one replica, as its rays have it.
     #[must_use]
-    pub fn balanced(mesh: &Elements, rows: &Rows, replica: usize, closure: f64) -> Self {
+    pub fn new(mesh: &Elements, rows: &Rows, replica: usize) -> Self {
         let n = mesh.len();
         let area: Vec<f64> = mesh.list().iter().zip(&rows.valid).map(|(e, v)| e.area * f64::from(*v)).collect();
         let mut exchange = Self {
             area,
+            closed: Vec::with_capacity(n),
             start: Vec::with_capacity(n + 1),
             entries: Vec::with_capacity(n * rows.rays),
             exits: Vec::new(),
             correction: 0.0,
+            set: Vec::new(),
+            lack: Vec::new(),
+            sets: 0,
         };
         exchange.start.push(0);
-        let mut closed = vec![0.0f64; n];
-        for (i, closed) in closed.iter_mut().enumerate() {
-            *closed = exchange.enter(rows, replica, i);
+        for i in 0..n {
+            let closed = exchange.enter(rows, replica, i);
+            exchange.closed.push(closed);
         }
-        exchange.balance(&sets(mesh), &closed, closure);
         exchange
+    }
+
+    /// Balances the matrix to the relative closure defect `closure`. `sends` is the closed share of each element as
+    /// other replicas saw it: an element's own rays also make its radiosity, and the product of the two would count too
+    /// much light.
+    pub fn balance(&mut self, mesh: &Elements, sends: &[f64], closure: f64) {
+        self.choose_sets(mesh);
+        let sum = |shares: &[f64]| shares.iter().zip(&self.area).map(|(s, a)| s * a).sum::<f64>();
+        let fit = sum(&self.closed) / sum(sends).max(1e-300);
+        let sends: Vec<f64> = sends.iter().map(|s| s * fit).collect();
+        self.scale(&sends, closure);
+        self.find_lack(&sends);
     }
 
     /// Enters one row; returns the share of it that stays in the scene.
@@ -106,25 +140,68 @@ impl Exchange {
         closed
     }
 
-    fn balance(&mut self, sets: &[u32], closed: &[f64], closure: f64) {
-        let count = sets.iter().max().map_or(0, |m| *m as usize + 1);
-        let mut target = vec![0.0f64; count];
-        for (i, s) in sets.iter().enumerate() {
-            target[*s as usize] += self.area[i] * closed[i];
+    /// Neighbours on one side of one surface that rays join, and that receive enough rays.
+    fn choose_sets(&mut self, mesh: &Elements) {
+        let list = mesh.list();
+        let component = self.components();
+        let key = |i: usize| {
+            let e = &list[i];
+            (component[i], e.surface, e.front, mesh.morton(e) / SET as u32)
+        };
+        let mut order: Vec<usize> = (0..list.len()).collect();
+        order.sort_unstable_by_key(|i| (key(*i), list[*i].key));
+        let mut received = vec![0usize; list.len()];
+        for e in &self.entries {
+            received[e.column as usize] += 1;
+        }
+        self.set = vec![ALONE; list.len()];
+        for members in order.chunk_by(|a, b| key(*a) == key(*b)) {
+            if members.iter().map(|i| received[*i]).sum::<usize>() >= ENOUGH {
+                members.iter().for_each(|i| self.set[*i] = self.sets as u32);
+                self.sets += 1;
+            }
+        }
+    }
+
+    /// For each element, the smallest number of those that rays join with it.
+    fn components(&self) -> Vec<u32> {
+        let mut parent: Vec<u32> = (0..self.area.len() as u32).collect();
+        fn root(parent: &mut [u32], mut i: u32) -> u32 {
+            while parent[i as usize] != i {
+                parent[i as usize] = parent[parent[i as usize] as usize];
+                i = parent[i as usize];
+            }
+            i
+        }
+        for i in 0..self.area.len() {
+            for k in self.start[i]..self.start[i + 1] {
+                let (a, b) = (root(&mut parent, i as u32), root(&mut parent, self.entries[k as usize].column));
+                parent[a.max(b) as usize] = a.min(b);
+            }
+        }
+        (0..self.area.len() as u32).map(|i| root(&mut parent, i)).collect()
+    }
+
+    fn scale(&mut self, sends: &[f64], closure: f64) {
+        let set = |e: &Entry| self.set[e.column as usize];
+        let mut target = vec![0.0f64; self.sets];
+        for (i, s) in self.set.iter().enumerate() {
+            if *s != ALONE {
+                target[*s as usize] += self.area[i] * sends[i];
+            }
         }
         let total: f64 = target.iter().sum();
-        let mut columns = vec![1.0f64; count];
-        let mut rows = vec![1.0f64; closed.len()];
+        let mut columns = vec![1.0f64; self.sets];
+        let factor = |columns: &[f64], s: u32| if s == ALONE { 1.0 } else { columns[s as usize] };
+        let mut rows = vec![1.0f64; sends.len()];
         for _ in 0..MAX_SWEEPS {
-            let mut arriving = vec![0.0f64; count];
+            let mut arriving = vec![0.0f64; self.sets];
             for (i, row) in rows.iter_mut().enumerate() {
                 let own = self.row(i);
-                let sum: f64 = own.iter().map(|e| f64::from(e.value) * columns[sets[e.column as usize] as usize]).sum();
-                *row = if sum > 0.0 { closed[i] / sum } else { 1.0 };
-                let factor = self.area[i] * *row;
-                for e in own {
-                    let s = sets[e.column as usize] as usize;
-                    arriving[s] += factor * f64::from(e.value) * columns[s];
+                let sum: f64 = own.iter().map(|e| f64::from(e.value) * factor(&columns, set(e))).sum();
+                *row = if sum > 0.0 { self.closed[i] / sum } else { 1.0 };
+                for e in own.iter().filter(|e| set(e) != ALONE) {
+                    arriving[set(e) as usize] += self.area[i] * *row * f64::from(e.value) * columns[set(e) as usize];
                 }
             }
             let defect: f64 = arriving.iter().zip(&target).map(|(a, t)| (a - t).abs()).sum();
@@ -137,12 +214,61 @@ impl Exchange {
                 }
             }
         }
-        for i in 0..closed.len() {
-            for e in &mut self.entries[self.start[i] as usize..self.start[i + 1] as usize] {
-                e.value = (f64::from(e.value) * rows[i] * columns[sets[e.column as usize] as usize]) as f32;
+        for i in 0..sends.len() {
+            let own = &mut self.entries[self.start[i] as usize..self.start[i + 1] as usize];
+            let scaled: Vec<f64> =
+                own.iter().map(|e| f64::from(e.value) * factor(&columns, self.set[e.column as usize])).collect();
+            let sum: f64 = scaled.iter().sum();
+            for (e, value) in own.iter_mut().zip(&scaled) {
+                e.value = (value * self.closed[i] / sum) as f32;
             }
         }
         self.correction = columns.iter().map(|c| (c - 1.0).abs()).fold(0.0, f64::max);
+    }
+
+    /// What each column lacks within its set.
+    fn find_lack(&mut self, sends: &[f64]) {
+        let n = self.area.len();
+        let mut arriving = vec![0.0f64; n];
+        for i in 0..n {
+            for e in self.row(i) {
+                arriving[e.column as usize] += self.area[i] * f64::from(e.value);
+            }
+        }
+        let mut sums = vec![(0.0f64, 0.0f64); self.sets];
+        for (i, s) in self.set.iter().enumerate().filter(|(_, s)| **s != ALONE) {
+            let sum = &mut sums[*s as usize];
+            *sum = (sum.0 + arriving[i], sum.1 + self.area[i] * sends[i]);
+        }
+        self.lack = (0..n)
+            .map(|i| match self.set[i] {
+                ALONE => 0.0,
+                s => match sums[s as usize] {
+                    // What the set as a whole lacks stays out: a uniform field must stay uniform to the last bit.
+                    (arrived, sent) if arrived > 0.0 => {
+                        (self.area[i] * sends[i] - arriving[i] * (sent / arrived)) / arrived
+                    }
+                    _ => 0.0,
+                },
+            })
+            .collect();
+    }
+
+    /// What is seen of `x`: with what its set's columns lack.
+    fn seen(&self, x: &[[f64; 8]]) -> Vec<[f64; 8]> {
+        let mut offset = vec![[0.0f64; 8]; self.sets];
+        for (i, s) in self.set.iter().enumerate().filter(|(_, s)| **s != ALONE) {
+            for lane in 0..8 {
+                offset[*s as usize][lane] += self.lack[i] * x[i][lane];
+            }
+        }
+        x.iter()
+            .zip(&self.set)
+            .map(|(x, s)| match *s {
+                ALONE => *x,
+                s => std::array::from_fn(|lane| x[lane] + offset[s as usize][lane]),
+            })
+            .collect()
     }
 
     fn row(&self, i: usize) -> &[Entry] {
@@ -157,6 +283,7 @@ impl Exchange {
 
     /// `out = F x`, eight bands at a time; `tints` holds the bands of this block.
     pub(super) fn product(&self, x: &[[f64; 8]], tints: &[[f64; 8]], out: &mut [[f64; 8]]) {
+        let x = self.seen(x);
         for (i, sum) in out.iter_mut().enumerate() {
             let mut acc = [0.0f64; 8];
             for e in self.row(i) {
@@ -175,20 +302,4 @@ impl Exchange {
             *sum = acc;
         }
     }
-}
-
-/// The set of every element: neighbours in the order of their keys, which keeps surfaces together.
-fn sets(mesh: &Elements) -> Vec<u32> {
-    let list = mesh.list();
-    let mut order: Vec<usize> = (0..list.len()).collect();
-    order.sort_unstable_by_key(|i| {
-        let e = &list[*i];
-        (e.surface, e.front, mesh.morton(e), e.key)
-    });
-    let count = list.len().div_ceil(SET).max(1);
-    let mut sets = vec![0; list.len()];
-    for (rank, i) in order.into_iter().enumerate() {
-        sets[i] = (rank * count / list.len()) as u32;
-    }
-    sets
 }

@@ -58,8 +58,9 @@ pub fn solve(world: &World, optics: &Optics, mesh: &Elements, rows: &Rows, accur
     let n = mesh.len();
     let replicas = rows.replicas.len();
     let closure = (1e-1 * accuracy).clamp(1e-10, 1e-5);
-    let exchanges: Vec<Exchange> =
-        (0..replicas).into_par_iter().map(|r| Exchange::balanced(mesh, rows, r, closure)).collect();
+    let mut exchanges: Vec<Exchange> = (0..replicas).into_par_iter().map(|r| Exchange::new(mesh, rows, r)).collect();
+    let sends: Vec<Vec<f64>> = (0..replicas).map(|r| closed_by_others(&exchanges, r)).collect();
+    exchanges.par_iter_mut().zip(&sends).for_each(|(e, sends)| e.balance(mesh, sends, closure));
     check_finite(world, optics, mesh, &exchanges)?;
     let blocks = optics.pad / LANES;
     let results: Vec<BlockResult> = (0..replicas * blocks)
@@ -103,6 +104,14 @@ impl Solution {
         self.products = self.products.max(result.products);
         self.residual = self.residual.max(result.residual);
     }
+}
+
+/// Mean closed share of each element over the replicas other than one.
+fn closed_by_others(exchanges: &[Exchange], replica: usize) -> Vec<f64> {
+    let others: Vec<&Exchange> =
+        exchanges.iter().enumerate().filter(|(r, _)| *r != replica || exchanges.len() == 1).map(|(_, e)| e).collect();
+    let share = 1.0 / others.len() as f64;
+    (0..exchanges[replica].closed.len()).map(|i| others.iter().map(|e| e.closed[i]).sum::<f64>() * share).collect()
 }
 
 fn check_finite(world: &World, optics: &Optics, mesh: &Elements, exchanges: &[Exchange]) -> Result<()> {
