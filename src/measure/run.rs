@@ -109,7 +109,7 @@ fn reading(task: &Task<'_>, sensor: &crate::scene::Sensor, s: &SensorState) -> S
         result.xyz = s.xyz;
         result.error_lx = s.y.error;
         result.direct_lx = s.direct_y;
-        result.reflected_lx = s.xyz[1] - s.direct_y;
+        result.reflected_lx = s.reflected_y;
         if task.options.spectral {
             result.spectral = s.bands.iter().map(|b| BandValue { irradiance: b.value, error: b.error }).collect();
         }
