@@ -21,10 +21,13 @@ const PIXEL_PATHS: u64 = 256;
 ///
 /// # Errors
 ///
-/// When the scene is physically impossible (no finite solution) or has no bands.
+/// When the scene is physically impossible (no face, no finite solution) or has no bands.
 pub fn solve(scene: &Scene, options: &SolveOptions, progress: &dyn Progress) -> Result<Measurement> {
     if !(options.tolerance.is_finite() && options.tolerance > 0.0) {
         return Err(Error::malformed(format!("tolerance {} is not a positive number", options.tolerance)));
+    }
+    if scene.faces.is_empty() {
+        return Err(Error::impossible("no geometry: the scene has no face").mend("add faces to a file of [geometry]"));
     }
     let start = Instant::now();
     progress.stage("geometry", 0);
