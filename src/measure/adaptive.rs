@@ -278,8 +278,14 @@ impl Task<'_> {
     }
 
     fn gather(&self, main: &Solved, twin: &Solved, grids: &mut [Vec<SensorState>], round: usize) -> (u64, u64) {
-        let field =
-            Field { world: self.world, optics: self.optics, main, twin: Some(twin), spectral: self.options.spectral, squares: self.options.spectral };
+        let field = Field {
+            world: self.world,
+            optics: self.optics,
+            main,
+            twin: Some(twin),
+            spectral: self.options.spectral,
+            squares: self.options.spectral,
+        };
         let pending = |s: &SensorState| s.probe.status == Status::Ok && s.done < s.wanted;
         let count = grids.iter().flatten().filter(|s| pending(s)).count();
         self.progress.stage(&format!("round {round}: final gather at sensors"), count as u64);

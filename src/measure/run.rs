@@ -2,13 +2,17 @@
 
 use std::time::Instant;
 
+use glam::DVec3;
+
 use super::adaptive::{Adapted, SensorState, Task, holding};
 use super::options::{Method, Progress, SolveOptions};
+use super::probe::hidden;
 use super::result::{
     BandValue, GridResult, Ledger, LeftOut, Measurement, Record, SensorResult, Setting, Status, ViewResult,
 };
 use super::{ledger, path_tracing, view};
 use crate::error::{Error, Result};
+use crate::light::Emitter;
 use crate::scene::{MaterialKind, Scene};
 use crate::spectrum::{Bands, SpectralValue, Spectrum};
 use crate::transport::points::seed;
@@ -48,12 +52,27 @@ pub fn solve(scene: &Scene, options: &SolveOptions, progress: &dyn Progress) -> 
     if world.emitters.list.is_empty() {
         record.warnings.push("nothing in the scene emits light: all results are zero".into());
     }
+    record.warnings.extend(buried_lamps(scene, &world));
     record.timings_s.push(("geometry".into(), start.elapsed().as_secs_f64()));
     let task = Task { scene, world: &world, optics: &optics, options, progress };
     match options.method {
         Method::Auto => by_radiosity(&task, record),
         Method::PathTracing => Ok(by_path_tracing(&task, record)),
     }
+}
+
+/// Tells of emitting faces inside closed solids: their light stays there.
+fn buried_lamps(scene: &Scene, world: &World) -> Option<String> {
+    let buried = |e: &&Emitter| {
+        let centre = e.vertices.iter().sum::<DVec3>() / e.vertices.len() as f64;
+        hidden(world, world.lift(centre, e.normal), e.normal)
+    };
+    let mut all = world.emitters.list.iter().filter(buried);
+    let first = &scene.objects[scene.faces[all.next()?.surface].object];
+    let count = 1 + all.count();
+    Some(format!(
+        "{count} emitting face(s) lie inside closed solids, their light stays there; the first: object `{first}`"
+    ))
 }
 
 /// The bands of a run: the scene's own spectra decide.

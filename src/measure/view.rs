@@ -137,7 +137,8 @@ pub(super) fn paint(task: &Task<'_>, view: &View, number: usize, main: &Solved, 
     let stream = seed(&[task.options.seed, STREAM, 1 + number as u64]);
     let (stated, noise, cast) = judge(task, &camera, main, twin, stream);
     let mean = main.averaged(task.optics);
-    let field = Field { world: task.world, optics: task.optics, main: &mean, twin: None, spectral: true, squares: false };
+    let field =
+        Field { world: task.world, optics: task.optics, main: &mean, twin: None, spectral: true, squares: false };
     let painter = Painter { task, camera, field: &field, noise, stream };
     task.progress.stage(&format!("picture {}", view.name), camera.height as u64);
     let base = painter.base();
@@ -203,7 +204,8 @@ fn read_all(
     stream: u64,
     rays: &[u32],
 ) -> (Vec<Readings>, u64) {
-    let field = Field { world: task.world, optics: task.optics, main, twin: Some(twin), spectral: false, squares: false };
+    let field =
+        Field { world: task.world, optics: task.optics, main, twin: Some(twin), spectral: false, squares: false };
     let readings: Vec<(Readings, u64)> = places
         .par_iter()
         .zip(rays)
@@ -301,7 +303,8 @@ impl Painter<'_> {
                 |g, block| {
                     let (x, y) = (block % columns * CELL, block / columns * CELL);
                     let before = g.cast + g.scratch.rays;
-                    let mut cell = Cell { painter: self, base, corners: &at_corners, gatherer: g, known: HashMap::new() };
+                    let mut cell =
+                        Cell { painter: self, base, corners: &at_corners, gatherer: g, known: HashMap::new() };
                     cell.fill(x, y, CELL);
                     let found = cell.known;
                     if block % columns == 0 {
