@@ -67,7 +67,7 @@ impl Solved {
 }
 
 fn project(bands: &[f32], optics: &Optics) -> [f32; 4] {
-    let weigh = |w: &[f32]| bands.iter().zip(w).map(|(b, w)| b * w).sum::<f32>();
+    let weigh = |w: &[f32]| dot(bands, w);
     [weigh(&optics.xyz[0]), weigh(&optics.xyz[1]), weigh(&optics.xyz[2]), 0.0]
 }
 
@@ -270,7 +270,7 @@ impl<'a> Gatherer<'a> {
             }
         }
         if !plain || wants_squares {
-            y += self.value.iter().zip(&self.field.optics.xyz[1]).map(|(v, w)| v * w).sum::<f32>();
+            y += dot(&self.value, &self.field.optics.xyz[1]);
         }
         if !self.field.spectral {
             sums.square_y += f64::from(y) * f64::from(y);
@@ -343,7 +343,7 @@ impl<'a> Gatherer<'a> {
             let mut strongest = 0.0f32;
             for (t, r) in self.throughput.iter_mut().zip(rho) {
                 *t *= r;
-                strongest = strongest.max(*t);
+                strongest = if *t > strongest { *t } else { strongest };
             }
             if strongest < ROULETTE {
                 // Same expected value, fewer hopeless paths.
@@ -377,6 +377,18 @@ impl<'a> Gatherer<'a> {
             self.value.fill(0.0);
         }
     }
+}
+
+/// Sum of products, in eight lanes: the vectors are padded to a multiple of eight.
+#[inline]
+fn dot(a: &[f32], b: &[f32]) -> f32 {
+    let mut lanes = [0.0f32; 8];
+    for (a, b) in a.chunks_exact(8).zip(b.chunks_exact(8)) {
+        for k in 0..8 {
+            lanes[k] += a[k] * b[k];
+        }
+    }
+    lanes.iter().sum()
 }
 
 #[inline]

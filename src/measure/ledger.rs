@@ -55,6 +55,8 @@ fn shoot(world: &World, optics: &Optics, solved: &Solved, areas: &[f64], seed_of
     for (group, area) in areas.iter().enumerate() {
         let members: Vec<_> = world.emitters.list.iter().filter(|e| e.group == group).collect();
         let points = Points::new(seed(&[seed_of_run, 5, group as u64, set as u64]));
+        let flux: Vec<f64> =
+            (0..n).map(|band| area * f64::from(optics.exitance[group][band]) / f64::from(RAYS)).collect();
         for k in 0..RAYS {
             let mut want = points.get(k, 4) * area;
             let emitter = members
@@ -73,22 +75,29 @@ fn shoot(world: &World, optics: &Optics, solved: &Solved, areas: &[f64], seed_of
             tint.reset();
             let fork = Fork::Chance(points.get(k, 5));
             let landing = follow(world, optics, ray, hit, fork, &mut tint, &mut 0);
-            for band in 0..n {
-                let flux = area * f64::from(optics.exitance[group][band]) / f64::from(RAYS);
-                let share = f64::from(tint.share(band));
-                match landing {
-                    Landing::Escaped => out.escaped[band] += flux * share,
-                    Landing::Surface { surface, front, point, .. } => {
-                        let uv = world.surfaces.list[surface as usize].uv(point);
-                        if solved.mesh.find(solved.mesh.key_at(surface as usize, front, uv)) == NO_ELEMENT {
-                            out.unexpanded[band] += flux * share;
-                        }
-                    }
-                    Landing::Covered | Landing::Lost => out.lost[band] += flux * share,
+            let fate = match landing {
+                Landing::Escaped => Some(&mut out.escaped),
+                Landing::Surface { surface, front, point, .. } => {
+                    let uv = world.surfaces.list[surface as usize].uv(point);
+                    let key = solved.mesh.key_at(surface as usize, front, uv);
+                    (solved.mesh.find(key) == NO_ELEMENT).then_some(&mut out.unexpanded)
                 }
-                out.lost[band] += flux * (1.0 - share);
+                Landing::Covered | Landing::Lost => Some(&mut out.lost),
+            };
+            if let Some(sums) = fate {
+                enter(sums, &flux, |band| tint.share(band));
+            }
+            if tint.panes > 0 || tint.scale != 1.0 || tint.coloured {
+                enter(&mut out.lost, &flux, |band| 1.0 - tint.share(band));
             }
         }
     }
     out
+}
+
+/// Adds a share of a ray's flux, band by band.
+fn enter(sums: &mut [f64], flux: &[f64], share: impl Fn(usize) -> f32) {
+    for (band, (sum, flux)) in sums.iter_mut().zip(flux).enumerate() {
+        *sum += flux * f64::from(share(band));
+    }
 }

@@ -10,6 +10,6 @@ mod polygon;
 mod solid;
 mod surfaces;
 
-pub use elements::{ElementKey, Elements, NO_ELEMENT};
+pub use elements::{Element, ElementKey, Elements, NO_ELEMENT};
 pub use polygon::{clip_halfplane, clip_line, polygon_area, sample_polygon};
 pub use surfaces::{Frame, Surface, Surfaces};
