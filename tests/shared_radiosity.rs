@@ -6,8 +6,9 @@ mod common;
 
 use std::path::PathBuf;
 
+use clerestory::measure::SolveOptions;
 use clerestory::scene::Scene;
-use common::{Build, Cover, assert_holding, at, cube, diffuse, lit, lux, solve, within};
+use common::{Build, Cover, assert_holding, cube, diffuse, lit, solve, within};
 use glam::DVec3;
 use serde_json::Value;
 
@@ -70,38 +71,46 @@ fn one_box(case: &Value, band: &str, values: &Value) -> Box {
     Box { name, scene: b.0, truth: numbers(&values["point_irradiance_continuous"]), uncertainty }
 }
 
-/// Solves all boxes to a tolerance; the claim is that 95 % of the points lie within their stated error and that 95 %
-/// of each grid hold the tolerance.
-fn all_within(tolerance: f64) {
+/// Solves boxes to a tolerance, each with several seeds; the claims are that 95 % of the points lie within their stated
+/// error and that 95 % hold the tolerance.
+fn assert_statements(tolerance: f64, seeds: u64, wanted: impl Fn(&str) -> bool) {
     let Some(file) = reference() else { return };
     let list = boxes(&file);
     assert_eq!(list.len(), 12, "bands of four boxes");
-    let mut cover = Cover::default();
-    for b in &list {
-        let m = solve(&b.scene, &within(tolerance));
-        assert_holding(&m);
+    let (mut cover, mut holding) = (Cover::default(), 0);
+    for (b, seed) in list.iter().filter(|b| wanted(&b.name)).flat_map(|b| (1..=seeds).map(move |s| (b, s))) {
+        let m = solve(&b.scene, &SolveOptions { seed, ..within(tolerance) });
+        holding += m.grids[0].holding;
         for (i, (s, truth)) in m.grids[0].sensors.iter().zip(&b.truth).enumerate() {
-            cover.enter(s.xyz[1], s.error_lx, b.uncertainty[i], *truth, format!("{} point {i}", b.name));
+            let what = format!("{} point {i} seed {seed}", b.name);
+            cover.enter(s.xyz[1], s.error_lx, b.uncertainty[i], *truth, what);
         }
     }
+    let count = cover.list.len();
     eprintln!(
-        "tolerance {tolerance}: {:.1} % of {} points within their error, median stated/true {:.2}",
+        "tolerance {tolerance}: {:.1} % of {count} points within their error, {holding} hold, median stated/true {:.2}",
         100.0 * cover.share(),
-        cover.list.len(),
         cover.median_ratio()
     );
     eprintln!("{:#?}", cover.misses());
     cover.assert_95();
+    assert!(holding * 20 >= count * 19, "{holding} of {count} hold");
 }
 
 #[test]
 fn stated_errors_hold_the_quadrature_values_of_boxes_at_2_percent() {
-    all_within(0.02);
+    assert_statements(0.02, 5, |_| true);
 }
 
 #[test]
 fn stated_errors_hold_the_quadrature_values_of_boxes_at_half_a_percent() {
-    all_within(0.005);
+    assert_statements(0.005, 1, |name| !name.starts_with("corridor"));
+}
+
+#[test]
+#[ignore = "minutes: the dark end of a corridor wants the largest mesh"]
+fn stated_errors_hold_the_quadrature_values_of_a_corridor_at_half_a_percent() {
+    assert_statements(0.005, 1, |name| name.starts_with("corridor"));
 }
 
 /// Points, normals and irradiances of the unit cube with reflectance 0.5 whose ceiling emits 1 lm/m²: case

@@ -52,6 +52,8 @@ pub(super) struct SensorState {
     pub(super) xyz: [f64; 3],
     /// Illuminance without diffuse reflection.
     pub(super) direct_y: f64,
+    /// The rest of it.
+    pub(super) reflected_y: f64,
     pub(super) y: Stated,
     /// Every band, when asked for.
     pub(super) bands: Vec<Stated>,
@@ -197,6 +199,7 @@ impl Task<'_> {
                             wanted: first,
                             xyz: [0.0; 3],
                             direct_y: 0.0,
+                            reflected_y: 0.0,
                             y: Stated::default(),
                             bands: Vec::new(),
                         }
@@ -441,12 +444,14 @@ impl SensorState {
     fn measure_xyz(&mut self, optics: &Optics) {
         self.xyz = [0.0; 3];
         self.direct_y = 0.0;
+        self.reflected_y = 0.0;
         let share = 1.0 / REPLICAS as f64;
         for a in 0..REPLICAS {
             let direct = self.direct_xyz(optics, a);
             self.direct_y += share * direct[1];
             for b in 0..REPLICAS {
                 let reflected = self.sums[a].xyz(b, optics, false);
+                self.reflected_y += share * share * reflected[1];
                 for k in 0..3 {
                     self.xyz[k] += share * share * (direct[k] + reflected[k]);
                 }

@@ -98,7 +98,7 @@ pub(super) struct SetSums {
     twin_xyz: Vec<f32>,
     /// Sums of squares of the mean over replicas: Y for every ray, bands for every fourth.
     square_y: f64,
-    square_bands: Vec<f32>,
+    square_bands: Vec<f64>,
     squared: u32,
 }
 
@@ -155,7 +155,7 @@ impl SetSums {
 
     /// Mean square of a ray's value in a band.
     pub(super) fn mean_square(&self, band: usize) -> f64 {
-        f64::from(self.square_bands[band]) / f64::from(self.squared.max(1))
+        self.square_bands[band] / f64::from(self.squared.max(1))
     }
 }
 
@@ -279,7 +279,7 @@ impl<'a> Gatherer<'a> {
             if self.field.squares {
                 sums.squared += 1;
                 for (s, v) in sums.square_bands.iter_mut().zip(&self.value) {
-                    *s += v * v;
+                    *s += f64::from(*v) * f64::from(*v);
                 }
             }
         }

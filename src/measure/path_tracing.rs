@@ -255,7 +255,8 @@ impl Tracer<'_> {
             })
             .collect();
         result.direct_lx = optics.bands.xyz(&direct)[1];
-        result.reflected_lx = result.xyz[1] - result.direct_lx;
+        let share = |band: usize| batches.iter().map(|b| b.reflected[band] / b.paths).sum::<f64>() / BATCHES as f64;
+        result.reflected_lx = optics.bands.xyz(&(0..n).map(share).collect::<Vec<f64>>())[1];
         if spectral {
             result.spectral = means;
         }

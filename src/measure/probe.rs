@@ -50,7 +50,7 @@ fn surface_below(world: &World, p: DVec3, normal: DVec3) -> Option<(usize, bool)
 }
 
 /// Do most rays meet the inside of a solid first?
-fn hidden(world: &World, p: DVec3, normal: DVec3) -> bool {
+pub(super) fn hidden(world: &World, p: DVec3, normal: DVec3) -> bool {
     let points = Points::new(0);
     let inside = (0..LOOKS).filter(|k| {
         let (a, b) = points.pair(*k, 0);

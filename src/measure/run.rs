@@ -2,13 +2,17 @@
 
 use std::time::Instant;
 
+use glam::DVec3;
+
 use super::adaptive::{Adapted, SensorState, Task, holding};
 use super::options::{Method, Progress, SolveOptions};
+use super::probe::hidden;
 use super::result::{
     BandValue, GridResult, Ledger, LeftOut, Measurement, Record, SensorResult, Setting, Status, ViewResult,
 };
 use super::{ledger, path_tracing, view};
 use crate::error::{Error, Result};
+use crate::light::Emitter;
 use crate::scene::{MaterialKind, Scene};
 use crate::spectrum::{Bands, SpectralValue, Spectrum};
 use crate::transport::points::seed;
@@ -21,10 +25,13 @@ const PIXEL_PATHS: u64 = 256;
 ///
 /// # Errors
 ///
-/// When the scene is physically impossible (no finite solution) or has no bands.
+/// When the scene is physically impossible (no face, no finite solution) or has no bands.
 pub fn solve(scene: &Scene, options: &SolveOptions, progress: &dyn Progress) -> Result<Measurement> {
     if !(options.tolerance.is_finite() && options.tolerance > 0.0) {
         return Err(Error::malformed(format!("tolerance {} is not a positive number", options.tolerance)));
+    }
+    if scene.faces.is_empty() {
+        return Err(Error::impossible("no geometry: the scene has no face").mend("add faces to a file of [geometry]"));
     }
     let start = Instant::now();
     progress.stage("geometry", 0);
@@ -45,12 +52,27 @@ pub fn solve(scene: &Scene, options: &SolveOptions, progress: &dyn Progress) -> 
     if world.emitters.list.is_empty() {
         record.warnings.push("nothing in the scene emits light: all results are zero".into());
     }
+    record.warnings.extend(buried_lamps(scene, &world));
     record.timings_s.push(("geometry".into(), start.elapsed().as_secs_f64()));
     let task = Task { scene, world: &world, optics: &optics, options, progress };
     match options.method {
         Method::Auto => by_radiosity(&task, record),
         Method::PathTracing => Ok(by_path_tracing(&task, record)),
     }
+}
+
+/// Tells of emitting faces inside closed solids: their light stays there.
+fn buried_lamps(scene: &Scene, world: &World) -> Option<String> {
+    let buried = |e: &&Emitter| {
+        let centre = e.vertices.iter().sum::<DVec3>() / e.vertices.len() as f64;
+        hidden(world, world.lift(centre, e.normal), e.normal)
+    };
+    let mut all = world.emitters.list.iter().filter(buried);
+    let first = &scene.objects[scene.faces[all.next()?.surface].object];
+    let count = 1 + all.count();
+    Some(format!(
+        "{count} emitting face(s) lie inside closed solids, their light stays there; the first: object `{first}`"
+    ))
 }
 
 /// The bands of a run: the scene's own spectra decide.
@@ -109,7 +131,7 @@ fn reading(task: &Task<'_>, sensor: &crate::scene::Sensor, s: &SensorState) -> S
         result.xyz = s.xyz;
         result.error_lx = s.y.error;
         result.direct_lx = s.direct_y;
-        result.reflected_lx = s.xyz[1] - s.direct_y;
+        result.reflected_lx = s.reflected_y;
         if task.options.spectral {
             result.spectral = s.bands.iter().map(|b| BandValue { irradiance: b.value, error: b.error }).collect();
         }

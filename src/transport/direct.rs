@@ -15,6 +15,8 @@ use crate::light::{Emitter, above_plane, configuration_factor};
 const MAX_BLOCKERS: usize = 48;
 /// More pieces than this are sampled.
 const MAX_PIECES: usize = 256;
+/// Visible share of a lamp that is rounding.
+const SLIVER: f64 = 1e-11;
 /// Shadow rays: a first look, and all of them where that look sees a penumbra.
 const FEW_RAYS: u32 = 32;
 const MANY_RAYS: u32 = 256;
@@ -64,7 +66,10 @@ fn factor(world: &World, emitter: &Emitter, x: DVec3, normal: DVec3, sample: u64
         && world.caster.in_cone(x, &s.planes, ceiling, MAX_BLOCKERS, &mut s.blockers)
         && !s.blockers.iter().any(|b| world.kind(*b) == Kind::Glass);
     if few && subtract_blockers(world, emitter, x, height, s) {
-        return s.pieces.iter().map(|p| configuration_factor(p, normal)).sum();
+        let seen: f64 = s.pieces.iter().map(|p| configuration_factor(p, normal)).sum();
+        // Rounding leaves slivers of a lamp that is hidden: a trace of light in a dark room.
+        let is_sliver = seen < 1e-9 && seen < SLIVER * configuration_factor(&s.polygon, normal);
+        return if is_sliver { 0.0 } else { seen };
     }
     let whole = configuration_factor(&s.polygon, normal);
     whole * visible_share(world, emitter, x, normal, sample, s)
