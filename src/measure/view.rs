@@ -318,6 +318,7 @@ impl Painter<'_> {
         for (block, (found, cast)) in blocks.into_iter().enumerate() {
             rays += cast;
             let (x, y) = (block % columns * CELL, block / columns * CELL);
+            #[expect(clippy::iter_over_hash_type, reason = "every pixel has a place of its own")]
             for (pixel, value) in found {
                 // A block may have looked at its neighbours' pixels; it fills its own alone.
                 if (x..x + CELL).contains(&(pixel % w)) && (y..y + CELL).contains(&(pixel / w)) {
@@ -570,7 +571,7 @@ impl Cell<'_, '_, '_> {
         if let Some(known) = self.known.get(&pixel) {
             return known.clone();
         }
-        let value = if x % CELL == 0 && y % CELL == 0 {
+        let value = if x.is_multiple_of(CELL) && y.is_multiple_of(CELL) {
             self.corners[y / CELL * w.div_ceil(CELL) + x / CELL].0.clone()
         } else {
             self.painter.value(self.gatherer, self.base, pixel)
