@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use super::{MethodArg, SolveArgs, cpu, print, progress};
 use crate::error::ErrorKind;
-use crate::measure::{self, GridResult, Measurement, Method, SolveOptions, Status};
+use crate::measure::{self, GridResult, Ledger, Measurement, Method, SolveOptions, Status};
 use crate::report::{self, Provenance};
 use crate::scene::{self, Scene};
 use crate::{Error, Result};
@@ -135,14 +135,29 @@ fn summary(scene: &Scene, m: &Measurement, files: &[PathBuf], wall_s: f64) -> St
     for left in &m.record.left_out {
         line(&mut text, &format!("left out: {}: {}", left.what, left.bound));
     }
+    if let Some(open) = worst_closure(&m.ledger) {
+        line(&mut text, &format!("energy balance: open by {} % at most, over all bands", two_digits(100.0 * open)));
+    }
+    let bands = if m.bands.len() == 1 { "1 band".to_owned() } else { format!("{} bands", m.bands.len()) };
     line(
         &mut text,
-        &format!("tolerance {} %, {}, {wall_s:.1} s; written:", figure(100.0 * m.record.tolerance), m.record.method),
+        &format!(
+            "tolerance {} %, method {}, {bands}, {wall_s:.1} s; written:",
+            two_digits(100.0 * m.record.tolerance),
+            m.record.method
+        ),
     );
     for file in files {
         line(&mut text, &format!("  {}", file.display()));
     }
     text
+}
+
+/// Largest share of the emitted flux that is missing from, or too much in, any band.
+fn worst_closure(ledger: &Ledger) -> Option<f64> {
+    let gone = |b: usize| ledger.absorbed[b] + ledger.escaped[b] + ledger.unexpanded[b];
+    let bands = (0..ledger.emitted.len()).filter(|&b| ledger.emitted[b] > 0.0);
+    bands.map(|b| (1.0 - gone(b) / ledger.emitted[b]).abs()).reduce(f64::max)
 }
 
 fn table(text: &mut String, m: &Measurement) {
@@ -163,7 +178,8 @@ fn table(text: &mut String, m: &Measurement) {
             line(text, &format!("{:<width$} {:>7} every point is covered or inside a solid", grid.name, 0));
             continue;
         }
-        let [mean, min, max, error] = [g.mean, g.min, g.max, g.median_error].map(figure);
+        let [mean, min, max] = [g.mean, g.min, g.max].map(|v| figure(v, g.median_error));
+        let error = two_digits(g.median_error);
         line(
             text,
             &format!(
@@ -181,17 +197,39 @@ fn line(text: &mut String, content: &str) {
     let _ = writeln!(text, "{content}");
 }
 
-/// Four significant digits.
-fn figure(x: f64) -> String {
-    if x == 0.0 || !x.is_finite() {
-        return format!("{x}");
+/// A value to the second digit of its error, but to four significant digits at most.
+fn figure(value: f64, error: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return format!("{value}");
     }
-    let magnitude = x.abs().log10().floor() as i32;
+    let size = magnitude(value);
+    if !(-4..7).contains(&size) {
+        return format!("{value:.3e}");
+    }
+    let of_error = if error > 0.0 && error.is_finite() { 1 - magnitude(error) } else { i32::MAX };
+    fixed(value, of_error.min(3 - size))
+}
+
+/// Two significant digits, without zeros at the end.
+fn two_digits(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return format!("{value}");
+    }
+    let magnitude = magnitude(value);
     if !(-4..7).contains(&magnitude) {
-        return format!("{x:.3e}");
+        return format!("{value:.1e}");
     }
-    let digits = usize::try_from(3 - magnitude).unwrap_or(0);
-    format!("{x:.digits$}")
+    let text = fixed(value, 1 - magnitude);
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
+fn magnitude(value: f64) -> i32 {
+    value.abs().log10().floor() as i32
+}
+
+fn fixed(value: f64, decimals: i32) -> String {
+    let decimals = usize::try_from(decimals).unwrap_or(0);
+    format!("{value:.decimals$}")
 }
 
 #[cfg(test)]
@@ -235,8 +273,24 @@ mod tests {
     }
 
     #[test]
-    fn figures_have_four_digits() {
-        let shown = [0.0, 1234.56, 12.3456, 0.012_345_6, 123_456.0, 1e12, f64::NAN].map(figure);
-        assert_eq!(shown, ["0", "1235", "12.35", "0.01235", "123456", "1.000e12", "NaN"]);
+    fn figures_end_with_their_error() {
+        let shown = [(327.387, 5.52), (13.94, 5.52), (1234.56, 0.01), (0.012_345_6, 0.0), (1e12, 1.0), (0.0, 1.0)];
+        let shown = shown.map(|(value, error)| figure(value, error));
+        assert_eq!(shown, ["327.4", "13.9", "1235", "0.01235", "1.000e12", "0"]);
+        assert_eq!([5.0, 0.25, 5.523, 123.0, 1e-9].map(two_digits), ["5", "0.25", "5.5", "123", "1.0e-9"]);
+    }
+
+    #[test]
+    fn the_worst_band_speaks_for_the_balance() {
+        let mut ledger = Ledger {
+            emitted: vec![10.0, 0.0, 10.0],
+            absorbed: vec![9.0, 0.0, 9.0],
+            escaped: vec![1.0, 0.0, 1.5],
+            unexpanded: vec![0.0; 3],
+            sampling_error: vec![0.0; 3],
+        };
+        assert!(worst_closure(&ledger).is_some_and(|w| (w - 0.05).abs() < 1e-12));
+        ledger.emitted.fill(0.0);
+        assert_eq!(worst_closure(&ledger), None);
     }
 }

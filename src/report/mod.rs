@@ -81,7 +81,7 @@ pub fn write_all(
         let stem = names.claim(&result.view.name, &["", LUMINANCE]);
         write(&format!("{stem}.exr"), exr::encode(scene, m, result, provenance)?)?;
         write(&format!("{stem}.hdr"), hdr::encode(scene, result, provenance)?)?;
-        write(&format!("{stem}.png"), png::tone_mapped(result)?)?;
+        write(&format!("{stem}.png"), png::tone_mapped(scene, result)?)?;
         write(&format!("{stem}{LUMINANCE}.png"), map::luminance(scene, result)?)?;
     }
     let record = run_json(scene, m, provenance);

@@ -3,8 +3,10 @@
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
 
+use super::scale::percentile;
 use crate::error::{Error, ErrorKind, Result};
 use crate::measure::ViewResult;
+use crate::scene::Scene;
 use crate::spectrum::colour::{linear_srgb, srgb_encode};
 
 /// Eight bits per channel, sRGB.
@@ -18,74 +20,100 @@ pub(super) fn encode(width: usize, height: usize, rgb: &[u8]) -> Result<Vec<u8>>
     Ok(bytes)
 }
 
-/// The picture as an eye-like camera would show it: exposed for the surfaces, lamps may clip. The colour of
-/// the light is kept.
-pub(super) fn tone_mapped(result: &ViewResult) -> Result<Vec<u8>> {
-    let luminance: Vec<f64> = result.xyz.iter().map(|p| f64::from(p[1])).collect();
-    let exposure = Exposure::of(&luminance);
-    let mut rgb = Vec::with_capacity(3 * result.xyz.len());
-    for xyz in &result.xyz {
-        rgb.extend(exposure.develop(xyz.map(f64::from)));
-    }
+/// The picture as a camera would show it: exposed for the surfaces, lamps burn out to white.
+///
+/// One factor per pixel takes all three channels, so that no hue shifts. Only what lies outside of sRGB is
+/// drawn towards grey, as far as it must be. The colour of the light is kept: nothing balances the white.
+pub(super) fn tone_mapped(scene: &Scene, result: &ViewResult) -> Result<Vec<u8>> {
+    let pixels: Vec<Pixel> = result.xyz.iter().map(|xyz| Pixel::new(xyz.map(f64::from))).collect();
+    let exposure = Exposure::of(&pixels, least_lamp(scene));
+    let rgb: Vec<u8> = pixels.iter().flat_map(|p| exposure.develop(p)).collect();
     encode(result.view.width, result.view.height, &rgb)
 }
 
-/// Where the mean of the surfaces goes, linear: the grey of a photographer's card.
-const MID_GREY: f64 = 0.18;
-/// Pixels farther above or below the logarithmic mean than these factors are lamps or holes.
+/// Share of the pixels on surfaces that are shown darker than [`BRIGHT`].
+const SHARE: f64 = 0.99;
+/// Where that share ends; 1 is the white of the display, linear.
+const BRIGHT: f64 = 0.8;
+/// Up to here the picture is proportional to the light; above, it nears white ever more slowly.
+const KNEE: f64 = 0.6;
+/// Exposed values between which a lamp's colour goes over into white.
+const BURN: std::ops::Range<f64> = 2.0..8.0;
+/// A lamp is this many times as bright as the logarithmic mean of the rest ...
 const LAMP: f64 = 16.0;
-const HOLE: f64 = 1e-3;
-/// Least exposed luminance that is shown as white.
-const LEAST_WHITE: f64 = 1.5;
+/// ... and has this share of the least luminance of the scene's emitters, for panes and bands take some.
+const LAMP_SHARE: f64 = 0.5;
 
-/// Reinhard's global operator: `L (1 + L/W²)/(1 + L)` of the exposed luminance L; W becomes white.
+/// Luminance of the dimmest emitter, cd/m²; infinite where nothing emits.
+fn least_lamp(scene: &Scene) -> f64 {
+    let emissions = scene.materials.iter().filter_map(|m| m.emission.as_ref());
+    emissions.map(|e| e.radiance.luminous()).filter(|&l| l > 0.0).fold(f64::INFINITY, f64::min)
+}
+
+/// A colour in linear sRGB and its luminance, cd/m².
+struct Pixel {
+    rgb: [f64; 3],
+    luminance: f64,
+}
+
+impl Pixel {
+    fn new(xyz: [f64; 3]) -> Self {
+        Self { rgb: linear_srgb(xyz), luminance: xyz[1] }
+    }
+
+    /// The channel that reaches the white of the display first.
+    fn peak(&self) -> f64 {
+        self.rgb.iter().copied().fold(self.luminance, f64::max)
+    }
+}
+
+/// How light becomes display values.
 struct Exposure {
     /// Per cd/m².
     gain: f64,
-    white: f64,
 }
 
 impl Exposure {
-    fn of(luminance: &[f64]) -> Self {
-        let lit: Vec<f64> = luminance.iter().copied().filter(|&v| v > 0.0).collect();
-        let mut mean = log_mean(lit.iter().copied());
-        let surfaces = |mean: f64| {
-            let range = HOLE * mean..LAMP * mean;
-            lit.iter().copied().filter(move |v| range.contains(v))
-        };
+    fn of(pixels: &[Pixel], least_lamp: f64) -> Self {
+        let lit: Vec<&Pixel> = pixels.iter().filter(|p| p.luminance > 0.0).collect();
+        let mut limit = f64::INFINITY;
         // Without the lamps the mean falls, and dimmer lamps show up as such: a few rounds settle it.
         for _ in 0..4 {
-            mean = log_mean(surfaces(mean));
+            let mean = log_mean(lit.iter().map(|p| p.luminance).filter(|&l| l < limit));
+            limit = (LAMP * mean).max(LAMP_SHARE * least_lamp);
         }
-        let brightest = surfaces(mean).fold(0.0, f64::max);
-        // The operator takes 0.22 to the grey.
-        let gain = MID_GREY / (1.0 - MID_GREY) / mean;
-        Self { gain, white: (gain * brightest).max(LEAST_WHITE) }
+        let peaks: Vec<f64> = lit.iter().filter(|p| p.luminance < limit).map(|p| p.peak()).collect();
+        let bright = percentile(&peaks, SHARE);
+        Self { gain: if bright > 0.0 { unshouldered(BRIGHT) / bright } else { 1.0 } }
     }
 
-    fn develop(&self, xyz: [f64; 3]) -> [u8; 3] {
-        let l = self.gain * xyz[1];
-        if l <= 0.0 {
+    fn develop(&self, pixel: &Pixel) -> [u8; 3] {
+        let exposed = self.gain * pixel.peak();
+        if exposed <= 0.0 {
             return [0; 3];
         }
-        let shown = l * (1.0 + l / (self.white * self.white)) / (1.0 + l);
-        let rgb = linear_srgb(xyz.map(|v| v * shown / xyz[1]));
-        in_gamut(rgb, shown.min(1.0)).map(|v| (255.0 * srgb_encode(v)).round() as u8)
+        let scale = self.gain * shoulder(exposed) / exposed;
+        let rgb = without_negatives(pixel.rgb.map(|v| scale * v), scale * pixel.luminance);
+        let way = ((exposed - BURN.start) / (BURN.end - BURN.start)).clamp(0.0, 1.0);
+        let burnt = way * way * (3.0 - 2.0 * way);
+        rgb.map(|v| (255.0 * srgb_encode(v + burnt * (1.0 - v))).round() as u8)
     }
 }
 
-/// Draws a colour towards the grey of its luminance until every channel is between 0 and 1.
-fn in_gamut(rgb: [f64; 3], grey: f64) -> [f64; 3] {
-    let room = |v: f64| {
-        if v > 1.0 {
-            (1.0 - grey) / (v - grey)
-        } else if v < 0.0 {
-            grey / (grey - v)
-        } else {
-            1.0
-        }
-    };
-    let keep = rgb.iter().map(|&v| room(v)).fold(1.0, f64::min);
+/// Proportional up to the knee, then towards 1 with the same slope at the start.
+fn shoulder(exposed: f64) -> f64 {
+    if exposed <= KNEE { exposed } else { 1.0 - (1.0 - KNEE) * (-(exposed - KNEE) / (1.0 - KNEE)).exp() }
+}
+
+/// The inverse of [`shoulder`], for values from the knee to below 1.
+fn unshouldered(shown: f64) -> f64 {
+    KNEE - (1.0 - KNEE) * ((1.0 - shown) / (1.0 - KNEE)).ln()
+}
+
+/// Draws a colour towards the grey of its luminance until no channel is below zero.
+fn without_negatives(rgb: [f64; 3], grey: f64) -> [f64; 3] {
+    let least = rgb.iter().copied().fold(0.0, f64::min);
+    let keep = if least < 0.0 { grey / (grey - least) } else { 1.0 };
     rgb.map(|v| grey + keep * (v - grey))
 }
 
@@ -99,31 +127,62 @@ fn log_mean(values: impl Iterator<Item = f64>) -> f64 {
 mod tests {
     use super::*;
 
-    #[test]
-    fn a_lamp_does_not_darken_the_room() {
-        let mut room = vec![10.0; 900];
-        let alone = Exposure::of(&room).gain;
-        room.extend([20_000.0; 100]);
-        assert!((Exposure::of(&room).gain / alone - 1.0).abs() < 1e-12);
+    const WHITE: [f64; 3] = [0.9505, 1.0, 1.089];
+
+    fn pixels(luminance: &[f64]) -> Vec<Pixel> {
+        luminance.iter().map(|l| Pixel::new(WHITE.map(|v| v * l))).collect()
     }
 
     #[test]
-    fn the_mean_of_the_surfaces_becomes_mid_grey() {
-        let white = [0.9505, 1.0, 1.089];
-        let exposure = Exposure::of(&[50.0; 100]);
-        let shown = exposure.develop(white.map(|v| 50.0 * v));
-        // 0.18 is 118 of 255 when encoded; the white point lifts it a little.
-        assert!(shown.iter().all(|&v| (117..=124).contains(&v)), "{shown:?}");
+    fn a_lamp_does_not_darken_the_room_and_is_white() {
+        let mut room = vec![10.0; 900];
+        let alone = Exposure::of(&pixels(&room), 20_000.0).gain;
+        room.extend([20_000.0; 100]);
+        let lit = Exposure::of(&pixels(&room), 20_000.0);
+        assert!((lit.gain / alone - 1.0).abs() < 1e-12);
+        let orange = Pixel::new([24_000.0, 20_000.0, 6_000.0]);
+        assert_eq!(lit.develop(&orange), [255; 3]);
+    }
+
+    #[test]
+    fn bright_patches_without_an_emitter_are_no_lamps() {
+        let mut room = vec![10.0; 900];
+        room.extend([1_000.0; 100]);
+        let exposure = Exposure::of(&pixels(&room), f64::INFINITY);
+        // 0.8 is 231 of 255 when encoded.
+        let patch = exposure.develop(&pixels(&[1_000.0])[0]);
+        assert!(patch.iter().all(|v| (229..=233).contains(v)), "{patch:?}");
+    }
+
+    #[test]
+    fn the_shoulder_is_smooth_and_ends_at_white() {
+        assert!((shoulder(unshouldered(BRIGHT)) - BRIGHT).abs() < 1e-12);
+        let step = 1e-6;
+        let slope = (shoulder(KNEE + step) - shoulder(KNEE)) / step;
+        assert!((slope - 1.0).abs() < 1e-4, "{slope}");
+        assert!((1..2000).all(|i| shoulder(0.01 * f64::from(i)) <= 1.0));
+    }
+
+    #[test]
+    fn the_ratio_of_the_channels_survives_the_shoulder() {
+        let exposure = Exposure::of(&pixels(&[50.0; 100]), f64::INFINITY);
+        let decode = |v: u8| {
+            let e = f64::from(v) / 255.0;
+            ((e + 0.055) / 1.055).powf(2.4)
+        };
+        // A warm wall, twice as bright as what the picture is exposed for.
+        let warm = Pixel { rgb: [120.0, 60.0, 30.0], luminance: 70.0 };
+        let [r, g, b] = exposure.develop(&warm).map(decode);
+        // Half a step of 255 is 0.7 % at the blue.
+        assert!((r / g - 2.0).abs() < 0.03 && (g / b - 2.0).abs() < 0.03, "{r} {g} {b}");
     }
 
     #[test]
     fn the_dark_and_coloured_light_stay_in_range() {
-        assert_eq!(Exposure::of(&[0.0; 9]).develop([0.0; 3]), [0; 3]);
-        let exposure = Exposure::of(&[1.0; 9]);
+        assert_eq!(Exposure::of(&pixels(&[0.0; 9]), 1.0).develop(&pixels(&[0.0])[0]), [0; 3]);
+        let exposure = Exposure::of(&pixels(&[1.0; 9]), f64::INFINITY);
         // Sodium light: far outside of sRGB.
-        let lamp = exposure.develop([1.4e3, 1e3, 0.0]);
-        assert!(lamp[0] >= lamp[1] && lamp[1] >= lamp[2]);
-        let dim = exposure.develop([0.14, 0.1, 0.0]);
-        assert!(dim[0] > dim[2], "{dim:?}");
+        let dim = exposure.develop(&Pixel::new([0.14, 0.1, 0.0]));
+        assert!(dim[0] > dim[1] && dim[1] > dim[2], "{dim:?}");
     }
 }

@@ -37,9 +37,45 @@ pub fn run_json(scene: &Scene, m: &Measurement, provenance: &Provenance) -> Valu
         "counts": object(record.counts.iter().map(|(k, v)| (k, json!(v)))),
         "timings_s": object(record.timings_s.iter().map(|(k, v)| (k, json!(v)))),
         "warnings": warnings,
+        "spectrum": spectrum(m),
+        "energy_balance": balance(m),
         "bands": bands(m),
         "grids": m.grids.iter().map(grid).collect::<Vec<_>>(),
         "views": m.views.iter().map(view).collect::<Vec<_>>(),
+    })
+}
+
+/// How the spectrum is divided. The limits of nominal bands (RGB) only say where they lie: they have no edges.
+fn spectrum(m: &Measurement) -> Value {
+    let limits = m.bands.limits_nm();
+    let edges: Vec<f64> = limits.iter().map(|l| l.0).chain(limits.last().map(|l| l.1)).collect();
+    json!({
+        "bands": m.bands.len(),
+        "limits": limits_kind(m),
+        "edges_nm": m.bands.is_spectral().then_some(edges),
+    })
+}
+
+fn limits_kind(m: &Measurement) -> &'static str {
+    if m.bands.is_spectral() { "range" } else { "nominal" }
+}
+
+/// The balance over all bands, in W where the bands are ranges, and the band that closes worst.
+fn balance(m: &Measurement) -> Value {
+    let total = |line: &[f64]| -> Option<f64> {
+        (m.bands.is_spectral() && line.len() == m.bands.len())
+            .then(|| m.bands.limits_nm().iter().zip(line).map(|((lo, hi), v)| (hi - lo) * v).sum())
+    };
+    let ledger = &m.ledger;
+    let closures = (0..m.bands.len()).filter_map(|b| Some((b, closure(ledger, b)?)));
+    let worst = closures.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+    json!({
+        "emitted_W": total(&ledger.emitted),
+        "absorbed_W": total(&ledger.absorbed),
+        "escaped_W": total(&ledger.escaped),
+        "unexpanded_W": total(&ledger.unexpanded),
+        "worst_closure": worst.map(|w| w.1),
+        "worst_band": worst.map(|w| w.0),
     })
 }
 
@@ -50,7 +86,7 @@ fn object<'a>(pairs: impl Iterator<Item = (&'a String, Value)>) -> Value {
 /// The balance of energy of each band: W per nm, summed line by line; `closure` is what is missing.
 fn bands(m: &Measurement) -> Vec<Value> {
     let ledger = &m.ledger;
-    let kind = if m.bands.is_spectral() { "range" } else { "nominal" };
+    let kind = limits_kind(m);
     m.bands
         .limits_nm()
         .iter()

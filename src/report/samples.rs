@@ -5,15 +5,21 @@ use glam::DVec3;
 use crate::measure::{
     BandValue, GridResult, Ledger, LeftOut, Measurement, Record, SensorResult, Setting, Status, ViewResult,
 };
-use crate::scene::{Axes, GridLayout, InputFile, Projection, Scene, View};
+use crate::scene::{Axes, Emission, GridLayout, InputFile, Material, MaterialKind, Projection, Scene, View};
 use crate::spectrum::{BandMode, Bands, SpectralValue, illuminant};
 
 pub(super) fn scene() -> Scene {
+    let d65 = illuminant("D65").unwrap();
     Scene {
         title: "Side-lit office".into(),
         faces: Vec::new(),
         objects: Vec::new(),
-        materials: Vec::new(),
+        materials: vec![Material {
+            name: "lamp".into(),
+            kind: MaterialKind::Mirror { reflectance: SpectralValue::Grey(0.0) },
+            // The lamp of `view`.
+            emission: Some(Emission { radiance: d65.scaled(6000.0 / d65.luminous()), two_sided: false }),
+        }],
         bands: BandMode::Auto,
         grids: Vec::new(),
         views: Vec::new(),

@@ -160,7 +160,7 @@ fn extremes(values: &[f64]) -> (f64, f64) {
 }
 
 /// The value below which a share of the others lies; 0 if there is none.
-fn percentile(values: &[f64], share: f64) -> f64 {
+pub(super) fn percentile(values: &[f64], share: f64) -> f64 {
     if values.is_empty() {
         return 0.0;
     }

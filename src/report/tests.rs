@@ -286,7 +286,7 @@ fn maps_of_the_dark_and_of_nothing_are_drawn() {
     let mut black = view("v", 8, 8, 1);
     black.xyz.fill([0.0; 3]);
     map::luminance(&scene(), &black).unwrap();
-    png::tone_mapped(&black).unwrap();
+    png::tone_mapped(&scene(), &black).unwrap();
 }
 
 #[test]
@@ -298,11 +298,32 @@ fn the_record_says_how_the_balance_closes() {
     assert_eq!(record["schema"], "clerestory-run/1");
     assert_eq!(record["bands"][2]["closure"], 0.025);
     assert_eq!(record["bands"][2]["lo_nm"], 600.0);
+    // 10 W/nm over three bands of 100 nm.
+    assert_eq!(record["energy_balance"]["emitted_W"], 3000.0);
+    assert_eq!(record["energy_balance"]["worst_closure"], 0.025);
+    assert_eq!(record["spectrum"]["edges_nm"], serde_json::json!([400.0, 500.0, 600.0, 700.0]));
     assert_eq!(record["inputs"][0]["sha256"], "00ff");
     assert_eq!(record["warnings"].as_array().unwrap().len(), 2);
     assert_eq!(record["settings"][0]["name"], "bands");
     assert_eq!(record["grids"][0]["name"], "workplane");
     assert_eq!(record["views"][0]["error_p95"], 0.046);
+}
+
+#[test]
+fn bands_without_edges_have_no_totals() {
+    let record = run_json(&scene(), &measurement(&BandMode::Rgb), &provenance());
+    assert_eq!(record["spectrum"]["bands"], 3);
+    assert!(record["spectrum"]["edges_nm"].is_null());
+    assert!(record["energy_balance"]["emitted_W"].is_null());
+    assert_eq!(record["energy_balance"]["worst_closure"], 0.025);
+}
+
+#[test]
+fn a_run_without_a_balance_says_nothing_about_it() {
+    let mut m = measurement(&three_bands());
+    m.ledger = Ledger::default();
+    let record = run_json(&scene(), &m, &provenance());
+    assert!(record["energy_balance"].as_object().unwrap().values().all(serde_json::Value::is_null));
 }
 
 #[test]

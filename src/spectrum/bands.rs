@@ -84,7 +84,7 @@ impl Bands {
     ///
     /// `reflectances`: value and area in m² of every material in use; `lights`: radiance in W/(m² sr nm) and
     /// area in m² of every emitter (none: equal energy is assumed); `tolerance` as a fraction. The text says
-    /// what was chosen and why.
+    /// why these bands; it reads on from their number.
     ///
     /// # Errors
     /// Malformed for a step, range or edges that cannot be; impossible for a light below zero.
@@ -103,9 +103,9 @@ impl Bands {
             BandMode::Grey => {
                 let mut bands = Self::whole(&[cie::FIRST_NM, cie::LAST_NM], lamps.total);
                 bands.weighting = vec![Weighting::Photopic];
-                Ok((bands, "one band, as asked".into()))
+                Ok((bands, "as asked".into()))
             }
-            BandMode::Rgb => Ok((Self::rgb(lamps.total), "three bands of linear Rec.709, as asked".into())),
+            BandMode::Rgb => Ok((Self::rgb(lamps.total), "linear Rec.709, as asked".into())),
             BandMode::Step { step_nm, lo_nm, hi_nm } => {
                 Self::asked(&step_edges(*step_nm, *lo_nm, *hi_nm)?, lamps.total)
             }
@@ -126,9 +126,7 @@ impl Bands {
         check_edges(edges)?;
         let outside = luminous_share_outside(edges, &light);
         let bands = Self::divided(edges, light);
-        let (n, lo, hi) = (bands.len(), edges[0], edges[edges.len() - 1]);
-        let plural = if n == 1 { "band" } else { "bands" };
-        let mut note = format!("{n} {plural} from {lo} to {hi} nm, as asked");
+        let mut note = format!("from {} to {} nm, as asked", edges[0], edges[edges.len() - 1]);
         if outside > WORTH_MENTIONING {
             note.push_str(&format!(
                 "; {:.2} % of the emitters' luminous flux lies outside and is lost",

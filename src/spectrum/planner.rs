@@ -122,7 +122,7 @@ pub(super) fn auto(reflectances: &[(&SpectralValue, f64)], lamps: &Lamps, tolera
     if grey && lamps.kinds.len() == 1 {
         return Ok(Plan {
             edges_nm: whole,
-            note: "one band: every reflectance is grey and all lamps have one spectrum, so this is exact".into(),
+            note: "exact: every reflectance is grey and all lamps have one spectrum".into(),
         });
     }
     let model = Model::new(reflectances, lamps);
@@ -150,13 +150,11 @@ pub(super) fn auto(reflectances: &[(&SpectralValue, f64)], lamps: &Lamps, tolera
 }
 
 fn plan(edges: &[usize], miss: &Miss, limit: &Miss) -> Plan {
-    let n = edges.len() - 1;
-    let count = if n == 1 { "one band".into() } else { format!("{n} bands") };
     let verdict = if miss.within(limit) { "the fewest that keep" } else { "the most that are tried; they do not keep" };
     Plan {
         edges_nm: edges.iter().map(|&e| edge_nm(e)).collect(),
         note: format!(
-            "{count}: {verdict} reflected light within {:.2} % in luminance and {:.4} in u'v' (estimated {:.2} % and {:.4})",
+            "{verdict} reflected light within {:.2} % in luminance and {:.4} in u'v' (estimated {:.2} % and {:.4})",
             100.0 * limit.luminous,
             limit.uv,
             100.0 * miss.luminous,
