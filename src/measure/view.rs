@@ -1,6 +1,6 @@
 //! Pictures: exact direct light at every pixel, a final gather for the rest, interpolated where it is smooth.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -304,7 +304,7 @@ impl Painter<'_> {
                     let (x, y) = (block % columns * CELL, block / columns * CELL);
                     let before = g.cast + g.scratch.rays;
                     let mut cell =
-                        Cell { painter: self, base, corners: &at_corners, gatherer: g, known: HashMap::new() };
+                        Cell { painter: self, base, corners: &at_corners, gatherer: g, known: BTreeMap::new() };
                     cell.fill(x, y, CELL);
                     let found = cell.known;
                     if block % columns == 0 {
@@ -476,7 +476,7 @@ struct Cell<'p, 'g, 'f> {
     /// Values at the corners of all cells.
     corners: &'p [(Vec<f32>, u64)],
     gatherer: &'g mut Gatherer<'f>,
-    known: HashMap<usize, Vec<f32>>,
+    known: BTreeMap<usize, Vec<f32>>,
 }
 
 impl Cell<'_, '_, '_> {
@@ -570,7 +570,7 @@ impl Cell<'_, '_, '_> {
         if let Some(known) = self.known.get(&pixel) {
             return known.clone();
         }
-        let value = if x % CELL == 0 && y % CELL == 0 {
+        let value = if x.is_multiple_of(CELL) && y.is_multiple_of(CELL) {
             self.corners[y / CELL * w.div_ceil(CELL) + x / CELL].0.clone()
         } else {
             self.painter.value(self.gatherer, self.base, pixel)
