@@ -26,8 +26,9 @@ const DEMAND_RAYS: u32 = 64;
 const MAX_ROUNDS: usize = 10;
 /// Rays of one set of one sensor, at most.
 const MAX_SET_RAYS: u32 = 1 << 16;
-/// Elements of a mesh, at most.
+/// Elements of a mesh, at most; and beyond this number none is refined: what does not hold then is told.
 const MAX_ELEMENTS: usize = 2_000_000;
+const REFINED_ELEMENTS: usize = 200_000;
 /// Share of a grid's sensors that must hold.
 pub(super) const HOLD: f64 = 0.95;
 
@@ -86,10 +87,11 @@ pub(super) struct Task<'a> {
 }
 
 impl Task<'_> {
-    /// Relative residual to which the system is solved: a hundredth of the tolerance after amplification.
+    /// Relative residual to which the system is solved: a thousandth of the tolerance after amplification, in the mean;
+    /// a hundredth is stated, for places much dimmer than the mean.
     pub(super) fn accuracy(&self) -> f64 {
         let loss = (1.0 - self.optics.largest_reflectance(self.world)).max(1e-4);
-        (0.01 * self.options.tolerance * loss).clamp(1e-9, 1e-3)
+        (1e-3 * self.options.tolerance * loss).clamp(1e-10, 1e-4)
     }
 
     /// Error that the residual leaves in a value, relative.
@@ -174,34 +176,37 @@ impl Task<'_> {
             grid.sensors
                 .par_iter()
                 .enumerate()
-                .map_init(crate::transport::DirectScratch::default, |scratch, (i, sensor)| {
-                    let probe = Probe::new(world, sensor);
-                    let mut direct = Vec::new();
-                    if probe.status == Status::Ok {
-                        for a in 0..REPLICAS {
-                            let sample = seed(&[self.options.seed, stream::SHADOW, g as u64, i as u64, a as u64]);
-                            let mut f = vec![0.0; world.emitters.groups()];
-                            let before = scratch.rays;
-                            crate::transport::direct(world, probe.position, probe.normal, sample, scratch, &mut f);
-                            direct.push(f);
-                            if scratch.rays == before {
-                                break; // exact
+                .map_init(
+                    crate::transport::DirectScratch::default,
+                    |scratch, (i, sensor)| {
+                        let probe = Probe::new(world, sensor);
+                        let mut direct = Vec::new();
+                        if probe.status == Status::Ok {
+                            for a in 0..REPLICAS {
+                                let sample = seed(&[self.options.seed, stream::SHADOW, g as u64, i as u64, a as u64]);
+                                let mut f = vec![0.0; world.emitters.groups()];
+                                let before = scratch.rays;
+                                crate::transport::direct(world, probe.position, probe.normal, sample, scratch, &mut f);
+                                direct.push(f);
+                                if scratch.rays == before {
+                                    break; // exact
+                                }
                             }
                         }
-                    }
-                    SensorState {
-                        probe,
-                        direct,
-                        sums: (0..REPLICAS).map(|_| SetSums::new(pad, REPLICAS, true)).collect(),
-                        done: 0,
-                        wanted: first,
-                        xyz: [0.0; 3],
-                        direct_y: 0.0,
-                        reflected_y: 0.0,
-                        y: Stated::default(),
-                        bands: Vec::new(),
-                    }
-                })
+                        SensorState {
+                            probe,
+                            direct,
+                            sums: (0..REPLICAS).map(|_| SetSums::new(pad, REPLICAS, true)).collect(),
+                            done: 0,
+                            wanted: first,
+                            xyz: [0.0; 3],
+                            direct_y: 0.0,
+                            reflected_y: 0.0,
+                            y: Stated::default(),
+                            bands: Vec::new(),
+                        }
+                    },
+                )
                 .collect()
         };
         self.scene.grids.iter().enumerate().map(grid).collect()
@@ -367,10 +372,11 @@ impl Task<'_> {
                 ratios.push(excess);
             }
         }
-        let finer = elements * 2 < MAX_ELEMENTS;
+        let finer = 2 * elements <= REFINED_ELEMENTS;
         if finer && blames_mesh * 4 >= failing || (more_rays == 0 && finer && blames_mesh > 0) {
             let excess = super::statement::median(ratios);
-            *size /= if excess > 1.6 { 2.0 } else { std::f64::consts::SQRT_2 };
+            let bold = excess > 1.6 && 4 * elements <= REFINED_ELEMENTS;
+            *size /= if bold { 2.0 } else { std::f64::consts::SQRT_2 };
             return Plan::FinerMesh;
         }
         if more_rays > 0 { Plan::MoreRays } else { Plan::Stop }

@@ -172,6 +172,16 @@ fn describe(task: &Task<'_>, a: &Adapted, record: &mut Record) {
             task.options.tolerance
         ),
     });
+    for (grid, states) in task.scene.grids.iter().zip(&a.grids) {
+        let lit = states.iter().filter(|s| s.probe.status == Status::Ok).count();
+        let held = holding(states, task.options.tolerance);
+        if (held as f64) < super::adaptive::HOLD * lit as f64 {
+            record.warnings.push(format!(
+                "grid {:?}: {held} of {lit} points hold the tolerance; the rest would need more elements or rays than this version takes, and their error says so",
+                grid.name
+            ));
+        }
+    }
     if a.rows.refused > 0 {
         record.warnings.push(format!("{} rays asked for elements beyond the largest mesh", a.rows.refused));
     }

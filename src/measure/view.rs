@@ -1,6 +1,6 @@
 //! Pictures: exact direct light at every pixel, a final gather for the rest, interpolated where it is smooth.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -304,7 +304,7 @@ impl Painter<'_> {
                     let (x, y) = (block % columns * CELL, block / columns * CELL);
                     let before = g.cast + g.scratch.rays;
                     let mut cell =
-                        Cell { painter: self, base, corners: &at_corners, gatherer: g, known: HashMap::new() };
+                        Cell { painter: self, base, corners: &at_corners, gatherer: g, known: BTreeMap::new() };
                     cell.fill(x, y, CELL);
                     let found = cell.known;
                     if block % columns == 0 {
@@ -318,7 +318,6 @@ impl Painter<'_> {
         for (block, (found, cast)) in blocks.into_iter().enumerate() {
             rays += cast;
             let (x, y) = (block % columns * CELL, block / columns * CELL);
-            #[expect(clippy::iter_over_hash_type, reason = "every pixel has a place of its own")]
             for (pixel, value) in found {
                 // A block may have looked at its neighbours' pixels; it fills its own alone.
                 if (x..x + CELL).contains(&(pixel % w)) && (y..y + CELL).contains(&(pixel / w)) {
@@ -477,7 +476,7 @@ struct Cell<'p, 'g, 'f> {
     /// Values at the corners of all cells.
     corners: &'p [(Vec<f32>, u64)],
     gatherer: &'g mut Gatherer<'f>,
-    known: HashMap<usize, Vec<f32>>,
+    known: BTreeMap<usize, Vec<f32>>,
 }
 
 impl Cell<'_, '_, '_> {
