@@ -53,6 +53,8 @@ pub(super) struct SensorState {
     pub(super) xyz: [f64; 3],
     /// Illuminance without diffuse reflection.
     pub(super) direct_y: f64,
+    /// Gather rays bring emission too; `direct` is for the report alone.
+    glowing: bool,
     /// The rest of it.
     pub(super) reflected_y: f64,
     pub(super) y: Stated,
@@ -199,6 +201,7 @@ impl Task<'_> {
                         wanted: first,
                         xyz: [0.0; 3],
                         direct_y: 0.0,
+                        glowing: world.glowing(),
                         reflected_y: 0.0,
                         y: Stated::default(),
                         bands: Vec::new(),
@@ -434,11 +437,14 @@ impl SensorState {
     }
 
     fn direct_band(&self, optics: &Optics, set: usize, band: usize) -> f64 {
+        if self.glowing {
+            return 0.0;
+        }
         self.direct(set).iter().zip(&optics.exitance).map(|(f, m)| f * f64::from(m[band])).sum()
     }
 
     fn direct_xyz(&self, optics: &Optics, set: usize) -> [f64; 3] {
-        optics.xyz_of_direct(self.direct(set))
+        if self.glowing { [0.0; 3] } else { optics.xyz_of_direct(self.direct(set)) }
     }
 
     fn measure_xyz(&mut self, optics: &Optics) {
@@ -457,6 +463,16 @@ impl SensorState {
                 }
             }
         }
+        if self.glowing {
+            self.part_direct(optics);
+        }
+    }
+
+    /// Direct light is part of what the rays brought: take it out for the report.
+    fn part_direct(&mut self, optics: &Optics) {
+        let direct: f64 = (0..REPLICAS).map(|a| optics.xyz_of_direct(self.direct(a))[1]).sum();
+        self.direct_y = (direct / REPLICAS as f64).min(self.xyz[1]);
+        self.reflected_y = self.xyz[1] - self.direct_y;
     }
 
     fn total_rays(&self) -> f64 {

@@ -199,12 +199,13 @@ impl<'a> Gatherer<'a> {
         }
     }
 
-    /// Direct irradiance per unit exitance of every group; was it exact?
-    pub(super) fn direct(&mut self, x: DVec3, normal: DVec3, sample: u64) -> (Vec<f64>, bool) {
+    /// Direct irradiance per unit exitance of every group, apart from what the gather rays bring.
+    pub(super) fn direct(&mut self, x: DVec3, normal: DVec3, sample: u64) -> Vec<f64> {
         let mut out = vec![0.0; self.field.world.emitters.groups()];
-        let before = self.scratch.rays;
-        direct(self.field.world, x, normal, sample, &mut self.scratch, &mut out);
-        (out, self.scratch.rays == before)
+        if !self.field.world.glowing() {
+            direct(self.field.world, x, normal, sample, &mut self.scratch, &mut out);
+        }
+        out
     }
 
     /// Adds the rays `from..to` of a set to its sums.
@@ -326,9 +327,9 @@ impl<'a> Gatherer<'a> {
                     *t *= self.tint.share(band);
                 }
             }
-            if mirrored && let Some(group) = world.group(surface, front) {
-                self.spoil(&mut plain);
-                add_product(&mut self.value, &optics.exitance[group], &self.throughput, 1.0);
+            let glowing = world.glowing();
+            if mirrored && !glowing {
+                self.add_emission(surface, front, &mut plain);
             }
             let s = &world.surfaces.list[surface as usize];
             let uv = s.uv(point);
@@ -339,6 +340,9 @@ impl<'a> Gatherer<'a> {
             }
             self.near += u64::from(bounce == 0);
             self.spoil(&mut plain);
+            if glowing {
+                self.add_emission(surface, front, &mut plain);
+            }
             let rho = optics.rho(s.material, front);
             let mut strongest = 0.0f32;
             for (t, r) in self.throughput.iter_mut().zip(rho) {
@@ -355,11 +359,13 @@ impl<'a> Gatherer<'a> {
             }
             let normal = s.side_normal(front);
             let x = world.lift(s.point(uv), normal);
-            self.factors.fill(0.0);
-            let shadow = seed(&[stream, u64::from(k), u64::from(bounce)]);
-            direct(world, x, normal, shadow, &mut self.scratch, &mut self.factors);
-            for (factor, m) in self.factors.iter().zip(&optics.exitance) {
-                add_product(&mut self.value, m, &self.throughput, *factor as f32);
+            if !glowing {
+                self.factors.fill(0.0);
+                let shadow = seed(&[stream, u64::from(k), u64::from(bounce)]);
+                direct(world, x, normal, shadow, &mut self.scratch, &mut self.factors);
+                for (factor, m) in self.factors.iter().zip(&optics.exitance) {
+                    add_product(&mut self.value, m, &self.throughput, *factor as f32);
+                }
             }
             let (a, b) = points.pair(k, 4 * bounce + 2);
             ray = Ray::new(x, cosine_direction(normal, a, b));
@@ -367,6 +373,14 @@ impl<'a> Gatherer<'a> {
             self.cast += 1;
         }
         (End::Dark, plain)
+    }
+
+    /// Adds what the surface emits.
+    fn add_emission(&mut self, surface: u32, front: bool, plain: &mut bool) {
+        if let Some(group) = self.field.world.group(surface, front) {
+            self.spoil(plain);
+            add_product(&mut self.value, &self.field.optics.exitance[group], &self.throughput, 1.0);
+        }
     }
 
     /// From here on the ray carries a spectrum of its own.

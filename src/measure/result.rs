@@ -109,7 +109,7 @@ pub struct Ledger {
     pub escaped: Vec<f64>,
     /// Most that could sit on surfaces that were not modelled.
     pub unexpanded: Vec<f64>,
-    /// Stated sampling error of the balance (95 %).
+    /// Stated sampling error of the balance (99 %).
     pub sampling_error: Vec<f64>,
 }
 

@@ -191,7 +191,7 @@ fn describe(task: &Task<'_>, a: &Adapted, record: &mut Record) {
 fn check_ledger(ledger: &Ledger, record: &mut Record) {
     for band in 0..ledger.emitted.len() {
         let rest = ledger.emitted[band] - ledger.absorbed[band] - ledger.escaped[band] - ledger.unexpanded[band];
-        let allowed = (1e-3 * ledger.emitted[band]).max(1.5 * ledger.sampling_error[band]);
+        let allowed = (1e-3 * ledger.emitted[band]).max(ledger.sampling_error[band]);
         if rest.abs() > allowed {
             record.warnings.push(format!(
                 "energy balance of band {} is open by {:.2e} of {:.3e} W/nm (allowed {:.1e})",

@@ -225,7 +225,7 @@ fn read_all(
 
 fn read(task: &Task<'_>, g: &mut Gatherer<'_>, x: DVec3, normal: DVec3, stream: u64, set: u32) -> Readings {
     let optics = task.optics;
-    let (factors, _) = g.direct(x, normal, stream);
+    let factors = g.direct(x, normal, stream);
     let direct = optics.xyz_of_direct(&factors)[1];
     let mut reading = Readings { naive: 0.0, ..Readings::default() };
     let (mut mean, mut square) = (0.0, 0.0);
@@ -271,7 +271,7 @@ impl Painter<'_> {
                     }
                     let direct = sights
                         .first()
-                        .map_or_else(Vec::new, |s| g.direct(s.point, s.normal, seed(&[self.stream, pixel as u64])).0);
+                        .map_or_else(Vec::new, |s| g.direct(s.point, s.normal, seed(&[self.stream, pixel as u64])));
                     (sights, direct)
                 },
             )
@@ -379,7 +379,7 @@ impl Painter<'_> {
                         self.radiance(sight, &base.direct[pixel], &reflected[pixel], 1.0, out);
                     } else {
                         let stream = (k as u64) << 40 | pixel as u64;
-                        let direct = g.direct(sight.point, sight.normal, seed(&[self.stream, stream])).0;
+                        let direct = g.direct(sight.point, sight.normal, seed(&[self.stream, stream]));
                         let light = self.gather(g, sight, stream, &direct, 1.0);
                         self.radiance(sight, &direct, &light, 1.0, out);
                     }
@@ -447,7 +447,7 @@ impl Painter<'_> {
             look(world, optics, Ray::new(self.camera.eye(), direction), &mut sights);
             for (branch, sight) in sights.iter().enumerate() {
                 let stream = seed(&[pixel as u64, k as u64, branch as u64]);
-                let direct = g.direct(sight.point, sight.normal, stream).0;
+                let direct = g.direct(sight.point, sight.normal, stream);
                 let same = |p: &usize| {
                     branch == 0
                         && sight.tint.is_none()

@@ -63,7 +63,11 @@ impl Block<'_> {
             .iter()
             .map(|e| self.lanes(self.optics.rho(self.world.surfaces.list[e.surface as usize].material, e.front)))
             .collect();
-        let source: Vec<Lanes> = rho.iter().zip(&direct).map(|(r, d)| std::array::from_fn(|l| r[l] * d[l])).collect();
+        let source: Vec<Lanes> = if self.world.glowing() {
+            self.emitted()
+        } else {
+            rho.iter().zip(&direct).map(|(r, d)| std::array::from_fn(|l| r[l] * d[l])).collect()
+        };
         let (radiosity, products, residual) = self.stabilised(&rho, &source, &tints, accuracy);
         let mut result = BlockResult {
             radiosity: radiosity.iter().map(|b| b.map(|x| x as f32)).collect(),
@@ -75,6 +79,13 @@ impl Block<'_> {
         };
         self.account(&radiosity, &direct, &rho, &tints, &mut result);
         result
+    }
+
+    /// Exitance of every element: the source where emission is not direct light.
+    fn emitted(&self) -> Vec<Lanes> {
+        let of = |e: &crate::mesh::Element| self.world.group(e.surface, e.front);
+        let exitance = |e| of(e).map_or([0.0; LANES], |g| self.lanes(&self.optics.exitance[g]));
+        self.mesh.list().iter().map(exitance).collect()
     }
 
     fn lanes(&self, bands: &[f32]) -> Lanes {

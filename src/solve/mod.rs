@@ -19,7 +19,8 @@ use crate::transport::{Optics, Rows, Target, World};
 /// Radiosity of every element, and where the light went.
 #[derive(Clone, Debug)]
 pub struct Solution {
-    /// Radiosity that is reflected (emission apart), W/(m² nm): `[element][replica][band]`, bands padded.
+    /// Radiosity that is reflected, W/(m² nm): `[element][replica][band]`, bands padded. Emission is apart, except where
+    /// [`World::glowing`].
     pub radiosity: Vec<f32>,
     /// Number of replicas.
     pub replicas: usize,

@@ -248,7 +248,7 @@ impl<'a> Worker<'a> {
             out.rays += rays as u64;
             for k in 0..rays {
                 let sample = self.sample(mesh, k, points.get(first.wrapping_add(k as u32), 4), &mut out.rays);
-                if sample.target != Target::Covered {
+                if sample.target != Target::Covered && !self.world.glowing() {
                     counted[r] += 1;
                     self.factors.fill(0.0);
                     let x = self.rays[k].at(0.0);
@@ -282,7 +282,7 @@ impl<'a> Worker<'a> {
             Landing::Surface { surface, front, point, mirrored, .. } => {
                 let uv = self.world.surfaces.list[surface as usize].uv(point);
                 sample.key = Some(mesh.key_at(surface as usize, front, uv));
-                if mirrored {
+                if mirrored && !self.world.glowing() {
                     sample.emission = self.world.group(surface, front).map(|g| g as u32);
                 }
             }

@@ -34,6 +34,7 @@ pub struct World {
     groups: Vec<[Option<u32>; 2]>,
     has_specular: bool,
     has_glass: bool,
+    glowing: bool,
 }
 
 /// Distance, in units of the scene's size, by which a ray's start is lifted off its surface.
@@ -63,6 +64,8 @@ impl World {
         let kinds: Vec<Kind> = kinds.collect();
         let any = |wanted: &dyn Fn(Kind) -> bool| surfaces.list.iter().any(|s| wanted(kinds[s.material]));
         Self {
+            glowing: 2.0 * emitters.list.iter().map(|e| e.area).sum::<f64>()
+                > surfaces.list.iter().map(|s| s.area).sum(),
             has_specular: any(&|k| k != Kind::Diffuse),
             has_glass: any(&|k| k == Kind::Glass),
             caster: Caster::new(&surfaces),
@@ -85,6 +88,16 @@ impl World {
     #[must_use]
     pub fn has_specular(&self) -> bool {
         self.has_specular
+    }
+
+    /// Does most of the scene's surface emit?
+    ///
+    /// Then emission is carried by rows and gather rays together with reflected light: what every ray meets is nearly
+    /// the same, and splitting it into an exact and a sampled part would make noise where there is none.
+    #[must_use]
+    #[inline]
+    pub fn glowing(&self) -> bool {
+        self.glowing
     }
 
     /// Any glass in the scene?
