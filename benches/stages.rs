@@ -1,0 +1,170 @@
+//! One stage at a time, on one thread: rays and direct light, in the Cornell box and in a hall of 20 000 triangles.
+
+mod common;
+
+use std::f64::consts::TAU;
+use std::path::Path;
+
+use clerestory::scene::{Axes, Emission, Face, Material, MaterialKind, Scene, load};
+use clerestory::spectrum::{BandMode, SpectralValue, Spectrum};
+use clerestory::transport::caster::{Hit, MISS, Ray};
+use clerestory::transport::points::Points;
+use clerestory::transport::{DirectScratch, World, direct};
+use common::timed;
+use glam::DVec3;
+
+/// Side of the coherent raster.
+const RASTER: usize = 1024;
+const RAYS: usize = RASTER * RASTER;
+/// Rays handed over at once.
+const BATCH: usize = 64;
+const POINTS: u32 = 20_000;
+
+fn main() {
+    let cornell = Path::new(env!("CARGO_MANIFEST_DIR")).join("validation/cornell/points.toml");
+    let room = load(&cornell).expect("the shipped scene is sound");
+    println!("One thread. Rays: closest hit, batches of {BATCH}. Direct: exact clipping, all lamps, per point.");
+    for (name, scene) in [("Cornell box", room), ("hall", hall())] {
+        let triangles: usize = scene.faces.iter().map(|f| f.vertices.len() - 2).sum();
+        let (world, took) = timed(|| World::new(&scene));
+        println!("{name}: {triangles} triangles, {} lamps, built in {:.3} s", world.emitters.list.len(), took.wall_s);
+        cast("coherent rays", &world, &coherent(&world));
+        cast("incoherent rays", &world, &incoherent(&world));
+        light(&world);
+    }
+}
+
+fn cast(name: &str, world: &World, rays: &[Ray]) {
+    let mut hits = vec![Hit { t: 0.0, surface: MISS }; BATCH];
+    let (met, took) = timed(|| {
+        let mut met = 0;
+        for batch in rays.chunks(BATCH) {
+            world.caster.closest_batch(batch, &mut hits[..batch.len()]);
+            met += hits[..batch.len()].iter().filter(|h| h.surface != MISS).count();
+        }
+        met
+    });
+    let (share, rate) = (100.0 * met as f64 / rays.len() as f64, rays.len() as f64 / took.wall_s / 1e6);
+    println!(
+        "  {name:<16} {rate:>8.2} M rays/s of wall time, {:>8.2} of CPU time, {share:.0} % hit",
+        rays.len() as f64 / took.cpu_s / 1e6
+    );
+}
+
+/// A camera's rays from the middle of the scene, tile by tile.
+fn coherent(world: &World) -> Vec<Ray> {
+    const TILE: usize = 8;
+    let (low, high) = bounds(world);
+    let (eye, side) = (0.5 * (low + high), 1.2 / RASTER as f64);
+    let mut rays = Vec::with_capacity(RAYS);
+    for tile in 0..RAYS / (TILE * TILE) {
+        let (tx, ty) = (tile % (RASTER / TILE) * TILE, tile / (RASTER / TILE) * TILE);
+        for k in 0..TILE * TILE {
+            let (x, y) = ((tx + k % TILE) as f64, (ty + k / TILE) as f64);
+            rays.push(Ray::new(eye, DVec3::new(1.0, x * side - 0.6, y * side - 0.6).normalize()));
+        }
+    }
+    rays
+}
+
+/// From anywhere to anywhere.
+fn incoherent(world: &World) -> Vec<Ray> {
+    let (low, high) = bounds(world);
+    let points = Points::new(7);
+    let ray = |i: u32| {
+        let [x, y, z, a, b] = [0, 1, 2, 3, 4].map(|d| points.get(i, d));
+        let (height, around) = (2.0 * a - 1.0, TAU * b);
+        let across = (1.0 - height * height).sqrt();
+        let direction = DVec3::new(across * around.cos(), across * around.sin(), height);
+        Ray::new(low + (high - low) * DVec3::new(x, y, z), direction)
+    };
+    // Neighbours in the sequence lie far apart.
+    (0..RAYS as u32).map(ray).collect()
+}
+
+fn light(world: &World) {
+    let (low, high) = bounds(world);
+    let points = Points::new(11);
+    let mut scratch = DirectScratch::default();
+    let mut out = vec![0.0; world.emitters.groups()];
+    let ((), took) = timed(|| {
+        for i in 0..POINTS {
+            let (a, b) = points.pair(i, 0);
+            let place = DVec3::new(a, b, 0.05 + 0.5 * points.get(i, 2));
+            out.fill(0.0);
+            direct(world, low + (high - low) * place, DVec3::Z, u64::from(i), &mut scratch, &mut out);
+        }
+    });
+    let each = |n: u64| n as f64 / f64::from(POINTS);
+    println!(
+        "  direct light     {:>8.2} us a point: {:.2} lamps in front, {:.2} shadow rays",
+        1e6 * took.wall_s / f64::from(POINTS),
+        each(scratch.factors),
+        each(scratch.rays)
+    );
+}
+
+fn bounds(world: &World) -> (DVec3, DVec3) {
+    let vertices = || world.surfaces.list.iter().flat_map(|s| s.vertices.iter().copied());
+    let (low, high) = (vertices().fold(DVec3::INFINITY, DVec3::min), vertices().fold(DVec3::NEG_INFINITY, DVec3::max));
+    let rim = 0.01 * (high - low);
+    (low + rim, high - rim)
+}
+
+/// 40 by 20 by 8 m, with eight lamps and 1660 turned boxes.
+fn hall() -> Scene {
+    let grey = |v: f64| MaterialKind::Diffuse { front: SpectralValue::Grey(v), back: SpectralValue::Grey(v) };
+    let lamp = Emission { radiance: Spectrum::constant(1.0), two_sided: false };
+    let mut scene = Scene {
+        title: "Hall".into(),
+        faces: Vec::new(),
+        objects: vec!["hall".into()],
+        materials: vec![
+            Material { name: "grey".into(), kind: grey(0.5), emission: None },
+            Material { name: "lamp".into(), kind: grey(0.0), emission: Some(lamp) },
+        ],
+        bands: BandMode::Grey,
+        grids: Vec::new(),
+        views: Vec::new(),
+        axes: Axes::ZUp,
+        inputs: Vec::new(),
+        warnings: Vec::new(),
+    };
+    let room = cuboid(DVec3::new(20.0, 10.0, 4.0), DVec3::new(20.0, 10.0, 4.0), 0.0);
+    scene.faces.extend(room.into_iter().map(|mut v| {
+        v.reverse();
+        face(v, 0)
+    }));
+    for k in 0..8 {
+        let (x, y) = (5.0 + 10.0 * f64::from(k / 2), 5.0 + 10.0 * f64::from(k % 2));
+        let corner = |dx: f64, dy: f64| DVec3::new(x + dx, y + dy, 7.9);
+        scene.faces.push(face(vec![corner(-0.6, -0.6), corner(-0.6, 0.6), corner(0.6, 0.6), corner(0.6, -0.6)], 1));
+    }
+    let points = Points::new(3);
+    for i in 0..1660 {
+        let [x, y, z, a, b, c, turn] = [0, 1, 2, 3, 4, 5, 6].map(|d| points.get(i, d));
+        let centre = DVec3::new(0.6 + 38.8 * x, 0.6 + 18.8 * y, 0.5 + 5.0 * z * z);
+        let half = DVec3::new(0.05 + 0.3 * a, 0.05 + 0.3 * b, 0.05 + 0.3 * c);
+        scene.faces.extend(cuboid(centre, half, TAU * turn).into_iter().map(|v| face(v, 0)));
+    }
+    scene
+}
+
+/// Six quads that look outward.
+fn cuboid(centre: DVec3, half: DVec3, turn: f64) -> [Vec<DVec3>; 6] {
+    let (sine, cosine) = turn.sin_cos();
+    let corner = |i: usize| {
+        let s = |bit: usize, h: f64| if i & bit == 0 { -h } else { h };
+        let (x, y) = (s(1, half.x), s(2, half.y));
+        centre + DVec3::new(cosine * x - sine * y, sine * x + cosine * y, s(4, half.z))
+    };
+    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    quads.map(|q| q.map(corner).to_vec())
+}
+
+fn face(vertices: Vec<DVec3>, material: usize) -> Face {
+    let across = (1..vertices.len() - 1)
+        .map(|k| (vertices[k] - vertices[0]).cross(vertices[k + 1] - vertices[0]))
+        .sum::<DVec3>();
+    Face { normal: across.normalize(), area_m2: 0.5 * across.length(), vertices, material, object: 0 }
+}
