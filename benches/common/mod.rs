@@ -7,15 +7,15 @@ const TICKS_PER_S: f64 = 100.0;
 
 /// What something took.
 #[derive(Clone, Copy, Debug)]
-pub struct Took {
+pub(crate) struct Took {
     /// Wall time, s.
-    pub wall_s: f64,
+    pub(crate) wall_s: f64,
     /// Processor time of all threads, s; not a number where the system does not tell.
-    pub cpu_s: f64,
+    pub(crate) cpu_s: f64,
 }
 
 /// Runs `work` and tells what it took.
-pub fn timed<T>(work: impl FnOnce() -> T) -> (T, Took) {
+pub(crate) fn timed<T>(work: impl FnOnce() -> T) -> (T, Took) {
     let (start, cpu) = (Instant::now(), cpu_s());
     let out = work();
     (out, Took { wall_s: start.elapsed().as_secs_f64(), cpu_s: cpu_s() - cpu })
