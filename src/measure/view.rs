@@ -24,7 +24,7 @@ const NOISE: f64 = 0.35;
 const DECAY: f64 = 1.4;
 /// Rays of a first look, and most rays, at one pixel.
 const FIRST_RAYS: u32 = 256;
-const MOST_RAYS: u32 = 1 << 13;
+const MOST_RAYS: u32 = 1 << 12;
 /// Samples across a pixel that holds an edge.
 const ACROSS: usize = 4;
 /// Neighbours that differ by more than this in luminance get the finer sampling.

@@ -2,10 +2,11 @@
 
 use glam::DVec3;
 
-use super::caster::Caster;
+use super::caster::{Caster, MISS, Ray};
 use super::glass::Pane;
+use super::points::Points;
 use crate::light::Emitters;
-use crate::mesh::Surfaces;
+use crate::mesh::{Surfaces, sample_polygon};
 use crate::scene::{MaterialKind, Scene};
 use crate::spectrum::SpectralValue;
 
@@ -40,6 +41,10 @@ pub struct World {
 /// Distance, in units of the scene's size, by which a ray's start is lifted off its surface.
 const SKIN: f64 = 4e-6;
 
+/// Emitters, and rays from each, that tell whether a scene glows.
+const GLOW_EMITTERS: usize = 256;
+const GLOW_RAYS: u32 = 32;
+
 impl World {
     /// Prepares a scene for rays.
     #[must_use]
@@ -63,9 +68,8 @@ impl World {
         });
         let kinds: Vec<Kind> = kinds.collect();
         let any = |wanted: &dyn Fn(Kind) -> bool| surfaces.list.iter().any(|s| wanted(kinds[s.material]));
-        Self {
-            glowing: 2.0 * emitters.list.iter().map(|e| e.area).sum::<f64>()
-                > surfaces.list.iter().map(|s| s.area).sum(),
+        let mut world = Self {
+            glowing: false,
             has_specular: any(&|k| k != Kind::Diffuse),
             has_glass: any(&|k| k == Kind::Glass),
             caster: Caster::new(&surfaces),
@@ -74,7 +78,30 @@ impl World {
             groups,
             surfaces,
             emitters,
+        };
+        world.glowing = world.emitters_see_emitters() > 0.5;
+        world
+    }
+
+    /// Share of the emitters' light that lands on emitters first.
+    fn emitters_see_emitters(&self) -> f64 {
+        let (mut landed, mut sent) = (0.0, 0.0);
+        let points = Points::new(0);
+        for e in self.emitters.list.iter().take(GLOW_EMITTERS) {
+            let surface = &self.surfaces.list[e.surface];
+            for k in 0..GLOW_RAYS {
+                let ((a, b), (c, d)) = (points.pair(k, 0), points.pair(k, 2));
+                let start = self.lift(surface.point(sample_polygon(&surface.outline, a, b)), e.normal);
+                let direction = cosine_direction(e.normal, c, d);
+                let hit = self.caster.closest(&Ray::new(start, direction));
+                sent += e.area;
+                if hit.surface != MISS {
+                    let front = self.surfaces.list[hit.surface as usize].normal.dot(direction) < 0.0;
+                    landed += if self.group(hit.surface, front).is_some() { e.area } else { 0.0 };
+                }
+            }
         }
+        if sent > 0.0 { landed / sent } else { 0.0 }
     }
 
     /// What a ray does at a surface.
@@ -90,7 +117,7 @@ impl World {
         self.has_specular
     }
 
-    /// Does most of the scene's surface emit?
+    /// Does most of what emitters send land on emitters, as in a furnace?
     ///
     /// Then emission is carried by rows and gather rays together with reflected light: what every ray meets is nearly
     /// the same, and splitting it into an exact and a sampled part would make noise where there is none.
