@@ -29,7 +29,7 @@ pub(super) fn encode(scene: &Scene, m: &Measurement, result: &ViewResult, proven
         attributes(scene, m, provenance),
         Encoding {
             // 512 x 512 pixels in 76 bands: 84 MB become 72 MB in 2.7 s of processor time. Every reader knows it;
-            // PIZ (57 MB, 1.6 s) is known to fewer.
+            // PIZ (57 MB, 1.7 s) is known to fewer.
             compression: Compression::ZIP16,
             // Otherwise the blocks come in the order in which threads finish them.
             line_order: LineOrder::Increasing,
@@ -68,16 +68,21 @@ fn colour_channels(result: &ViewResult) -> Vec<AnyChannel<FlatSamples>> {
 
 /// One channel per band, W/(m² sr nm), named by the middle of the band.
 fn spectral_channels(m: &Measurement, result: &ViewResult) -> Vec<AnyChannel<FlatSamples>> {
-    let bands = m.bands.len();
-    m.bands
-        .limits_nm()
-        .iter()
-        .enumerate()
-        .map(|(b, (lo, hi))| {
-            let values = result.radiance.iter().skip(b).step_by(bands);
-            channel(&channel_name(0.5 * (lo + hi)), values.copied().collect())
-        })
-        .collect()
+    let names = m.bands.limits_nm().iter().map(|(lo, hi)| channel_name(0.5 * (lo + hi)));
+    names.zip(planes(&result.radiance, m.bands.len())).map(|(name, values)| channel(&name, values)).collect()
+}
+
+/// Values with the band fastest into one plane per band.
+fn planes(values: &[f32], bands: usize) -> Vec<Vec<f32>> {
+    /// Pixels that stay in the cache while every plane takes its own.
+    const TOGETHER: usize = 64;
+    let mut planes = vec![Vec::with_capacity(values.len() / bands.max(1)); bands];
+    for block in values.chunks(TOGETHER * bands.max(1)) {
+        for (band, plane) in planes.iter_mut().enumerate() {
+            plane.extend(block.iter().skip(band).step_by(bands));
+        }
+    }
+    planes
 }
 
 /// `S0.550,000000nm`: the Stokes component and the wavelength with a decimal comma.
