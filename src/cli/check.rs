@@ -33,15 +33,21 @@ fn json(scene: &Scene, found: &[Diagnostic]) -> String {
     format!("{report:#}\n")
 }
 
+/// A number of things.
+fn counted(n: usize, what: &str) -> String {
+    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
+}
+
 fn text(scene: &Scene, found: &[Diagnostic]) -> String {
     let sensors: usize = scene.grids.iter().map(|g| g.sensors.len()).sum();
     let mut text = format!(
-        "{}: {} faces, {} materials, {} grids with {sensors} points, {} views\n",
+        "{}: {}, {}, {} with {}, {}\n",
         scene.title,
-        scene.faces.len(),
-        scene.materials.len(),
-        scene.grids.len(),
-        scene.views.len()
+        counted(scene.faces.len(), "face"),
+        counted(scene.materials.len(), "material"),
+        counted(scene.grids.len(), "grid"),
+        counted(sensors, "point"),
+        counted(scene.views.len(), "view")
     );
     for d in found {
         // Writing to a string cannot fail.
