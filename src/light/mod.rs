@@ -7,6 +7,7 @@ mod emitters;
 mod lambert;
 pub mod sky;
 pub mod sun;
+pub mod weather;
 
 pub use emitters::{Emitter, Emitters};
 pub use lambert::{above_plane, configuration_factor};
