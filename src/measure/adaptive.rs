@@ -184,7 +184,7 @@ impl Task<'_> {
                     if probe.status == Status::Ok {
                         for a in 0..REPLICAS {
                             let sample = seed(&[self.options.seed, stream::SHADOW, g as u64, i as u64, a as u64]);
-                            let mut f = vec![0.0; world.emitters.groups()];
+                            let mut f = vec![0.0; world.groups()];
                             let before = scratch.rays;
                             crate::transport::direct(world, probe.position, probe.normal, sample, scratch, &mut f);
                             direct.push(f);

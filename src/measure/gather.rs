@@ -191,7 +191,7 @@ impl<'a> Gatherer<'a> {
             tint: Tint::new(pad),
             throughput: vec![1.0; pad],
             value: vec![0.0; pad],
-            factors: vec![0.0; field.world.emitters.groups()],
+            factors: vec![0.0; field.world.groups()],
             rays: Vec::new(),
             hits: Vec::new(),
             cast: 0,
@@ -201,7 +201,7 @@ impl<'a> Gatherer<'a> {
 
     /// Direct irradiance per unit exitance of every group, apart from what the gather rays bring.
     pub(super) fn direct(&mut self, x: DVec3, normal: DVec3, sample: u64) -> Vec<f64> {
-        let mut out = vec![0.0; self.field.world.emitters.groups()];
+        let mut out = vec![0.0; self.field.world.groups()];
         if !self.field.world.glowing() {
             direct(self.field.world, x, normal, sample, &mut self.scratch, &mut out);
         }

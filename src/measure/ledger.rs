@@ -89,7 +89,7 @@ fn shoot(world: &World, optics: &Optics, solved: &Solved, areas: &[f64], seed_of
                 continue;
             }
             let fate = match landing {
-                Landing::Escaped => Some(&mut out.escaped),
+                Landing::Escaped { .. } => Some(&mut out.escaped),
                 Landing::Surface { surface, front, point, .. } => {
                     let uv = world.surfaces.list[surface as usize].uv(point);
                     let key = solved.mesh.key_at(surface as usize, front, uv);

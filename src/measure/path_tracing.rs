@@ -72,7 +72,7 @@ impl<'a> Tracer<'a> {
             tint: Tint::new(optics.pad),
             throughput: vec![1.0; optics.pad],
             path: vec![0.0; optics.pad],
-            direct: vec![0.0; world.emitters.groups()],
+            direct: vec![0.0; world.groups()],
             odds,
             cast: 0,
         }
@@ -269,11 +269,8 @@ impl Tracer<'_> {
 
     fn batch(&mut self, probe: &Probe, stream: u64, paths: u32) -> Batch {
         let points = Points::new(stream);
-        let mut batch = Batch {
-            reflected: vec![0.0; self.optics.pad],
-            direct: vec![0.0; self.world.emitters.groups()],
-            paths: 0.0,
-        };
+        let mut batch =
+            Batch { reflected: vec![0.0; self.optics.pad], direct: vec![0.0; self.world.groups()], paths: 0.0 };
         for k in 0..paths {
             if !self.trace(probe.position, probe.normal, &points, k) {
                 continue;

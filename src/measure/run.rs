@@ -12,7 +12,7 @@ use super::result::{
 };
 use super::{ledger, path_tracing, view};
 use crate::error::{Error, Result};
-use crate::light::Emitter;
+use crate::light::{Daylight, Emitter};
 use crate::scene::{MaterialKind, Scene};
 use crate::spectrum::{Bands, SpectralValue, Spectrum};
 use crate::transport::points::seed;
@@ -35,7 +35,8 @@ pub fn solve(scene: &Scene, options: &SolveOptions, progress: &dyn Progress) -> 
     }
     let start = Instant::now();
     progress.stage("geometry", 0);
-    let world = World::new(scene);
+    let daylight = Daylight::new(scene)?;
+    let world = World::with_daylight(scene, daylight);
     let (bands, why) = plan_bands(scene, options.tolerance)?;
     let optics = Optics::new(scene, &world, bands);
     let mut record = Record {

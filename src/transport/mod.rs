@@ -6,15 +6,18 @@
 mod bvh;
 pub mod caster;
 mod chain;
+mod daylight;
 mod direct;
 mod glass;
 mod kernel;
 mod optics;
 pub mod points;
 mod rows;
+mod visible;
 mod world;
 
 pub use chain::{Fork, Landing, Tint, follow};
+pub use daylight::{DAYLIGHT_GROUPS, GROUND, SKY, SUN, sun_direction, transmittance_out};
 pub use direct::{DirectScratch, direct, transmittance_to};
 pub use glass::Pane;
 pub use optics::Optics;

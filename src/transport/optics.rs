@@ -18,7 +18,8 @@ pub struct Optics {
     pub pad: usize,
     /// Diffuse reflectance of back and front of each material.
     pub reflectance: Vec<[Vec<f32>; 2]>,
-    /// Exitance of each group of emitters, W/(m² nm).
+    /// Exitance of each group of emitters, W/(m² nm); then the sky's horizontal irradiance, the ground's exitance and
+    /// the sun's irradiance face on.
     pub exitance: Vec<Vec<f32>>,
     /// XYZ weights of the bands, X then Y then Z, each padded.
     pub xyz: [Vec<f32>; 3],
@@ -62,7 +63,7 @@ impl Optics {
             reflectance.push(sides);
             specular.push(mirror);
         }
-        let exitance = world
+        let mut exitance: Vec<Vec<f32>> = world
             .emitters
             .materials
             .iter()
@@ -71,6 +72,14 @@ impl Optics {
                 padded(radiance.unwrap_or_default().iter().map(|l| l * std::f64::consts::PI).collect())
             })
             .collect();
+        if let Some(light) = world.daylight() {
+            let height = light.sun.map_or(0.0, |d| d.z);
+            let sky = if light.sky.is_some() { bands.radiance(&light.sky_irradiance) } else { vec![0.0; bands.len()] };
+            let sun = bands.radiance(&light.sun_irradiance);
+            // The ground lies in the open: sky and sun reach all of it.
+            let ground = sky.iter().zip(&sun).map(|(d, s)| light.ground_reflectance * (d + s * height)).collect();
+            exitance.extend([padded(sky), padded(ground), padded(sun)]);
+        }
         let xyz = [0, 1, 2].map(|k| padded(bands.xyz_weights().iter().map(|w| w[k]).collect()));
         Self { bands, pad, reflectance, exitance, xyz, specular }
     }

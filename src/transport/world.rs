@@ -3,9 +3,10 @@
 use glam::DVec3;
 
 use super::caster::{Caster, MISS, Ray};
+use super::daylight::{DAYLIGHT_GROUPS, GROUND, SKY};
 use super::glass::Pane;
 use super::points::Points;
-use crate::light::Emitters;
+use crate::light::{Daylight, Emitters};
 use crate::mesh::{Surfaces, sample_polygon};
 use crate::scene::{MaterialKind, Scene};
 use crate::spectrum::SpectralValue;
@@ -36,6 +37,8 @@ pub struct World {
     has_specular: bool,
     has_glass: bool,
     glowing: bool,
+    outside: Vec<bool>,
+    daylight: Option<Daylight>,
 }
 
 /// Distance, in units of the scene's size, by which a ray's start is lifted off its surface.
@@ -46,9 +49,15 @@ const GLOW_EMITTERS: usize = 256;
 const GLOW_RAYS: u32 = 32;
 
 impl World {
-    /// Prepares a scene for rays.
+    /// Prepares a scene for rays, without daylight.
     #[must_use]
     pub fn new(scene: &Scene) -> Self {
+        Self::with_daylight(scene, None)
+    }
+
+    /// Prepares a scene for rays, with sky, sun and ground around it.
+    #[must_use]
+    pub fn with_daylight(scene: &Scene, daylight: Option<Daylight>) -> Self {
         let surfaces = Surfaces::new(scene);
         let emitters = Emitters::new(scene, &surfaces);
         let mut groups = vec![[None; 2]; surfaces.list.len()];
@@ -78,8 +87,10 @@ impl World {
             groups,
             surfaces,
             emitters,
+            outside: scene.materials.iter().map(|m| m.outside).collect(),
+            daylight,
         };
-        world.glowing = world.emitters_see_emitters() > 0.5;
+        world.glowing = world.daylight.is_none() && world.emitters_see_emitters() > 0.5;
         world
     }
 
@@ -102,6 +113,40 @@ impl World {
             }
         }
         if sent > 0.0 { landed / sent } else { 0.0 }
+    }
+
+    /// Number of groups of light: those of the emitters, then those of daylight.
+    #[must_use]
+    pub fn groups(&self) -> usize {
+        self.emitters.groups() + if self.daylight.is_some() { DAYLIGHT_GROUPS } else { 0 }
+    }
+
+    /// The first group of daylight.
+    #[must_use]
+    pub fn daylight_group(&self) -> Option<usize> {
+        self.daylight.as_ref().map(|_| self.emitters.groups())
+    }
+
+    /// Sky, sun and ground.
+    #[must_use]
+    pub fn daylight(&self) -> Option<&Daylight> {
+        self.daylight.as_ref()
+    }
+
+    /// What a ray sees that leaves the scene: the group, and π times its radiance per unit of the group.
+    #[must_use]
+    pub fn background(&self, direction: DVec3) -> Option<(usize, f64)> {
+        let (daylight, first) = (self.daylight.as_ref()?, self.daylight_group()?);
+        if direction.z < 0.0 {
+            return Some((first + GROUND, 1.0));
+        }
+        daylight.sky.map(|sky| (first + SKY, std::f64::consts::PI * sky.luminance(direction)))
+    }
+
+    /// Does light that a surface reflects last come from outside?
+    #[must_use]
+    pub fn is_outside(&self, surface: u32) -> bool {
+        self.outside[self.surfaces.list[surface as usize].material]
     }
 
     /// What a ray does at a surface.

@@ -46,8 +46,10 @@ pub enum SkyModel {
     Uniform,
 }
 
-/// Perez's gradation explodes at the horizon where `b > 0`: the cosine is held there.
+/// Perez's gradation explodes at the horizon where `b > 0`: cosine and exponent are held there, else a ring of half a
+/// degree would hold all the light.
 const LEAST_COSINE: f64 = 0.01;
+const MOST_EXPONENT: f64 = 5.0;
 
 impl SkyModel {
     /// Does the luminance depend on where the sun stands?
@@ -69,7 +71,7 @@ impl SkyModel {
                 gradation * indicatrix(k, toward, k.c * (k.d * FRAC_PI_2).exp())
             }
             Self::Perez(k) => {
-                let gradation = 1.0 + k.a * (k.b / cosine.max(LEAST_COSINE)).exp();
+                let gradation = 1.0 + k.a * (k.b / cosine.max(LEAST_COSINE)).min(MOST_EXPONENT).exp();
                 // Some combinations of the fit go below zero; light does not.
                 (gradation * indicatrix(k, toward, 0.0)).max(0.0)
             }

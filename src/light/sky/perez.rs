@@ -243,18 +243,19 @@ mod tests {
                     let perez = moment(direct, diffuse, zenith).sky();
                     let z = zenith.to_radians();
                     let sky = Sky::new(SkyModel::Perez(perez.coefficients), DVec3::new(0.0, -z.sin(), z.cos()));
-                    // Midpoints in azimuth and sin²: an integral apart from the one that scales the sky.
+                    // Midpoints in azimuth and in the root of the height: an integral apart from the one that scales the sky.
                     let (n, m) = (360, 360);
                     let mut sum = 0.0;
                     for i in 0..n {
-                        let sine = ((f64::from(i) + 0.5) / f64::from(n)).sqrt();
+                        let root = (f64::from(i) + 0.5) / f64::from(n);
+                        let sine = root * root;
                         for j in 0..m {
                             let azimuth = 2.0 * PI * (f64::from(j) + 0.5) / f64::from(m);
                             let r = (1.0 - sine * sine).sqrt();
                             let l = sky.luminance(DVec3::new(r * azimuth.sin(), r * azimuth.cos(), sine));
                             assert!(l >= 0.0 && l.is_finite(), "{zenith} {direct} {diffuse}: {l}");
                             clamped += usize::from(l == 0.0);
-                            sum += PI * l / f64::from(n * m);
+                            sum += 4.0 * PI * sine * root * l / f64::from(n * m);
                         }
                     }
                     // Midpoint rule across the cusp at the sun: cells of half a degree, slope 4 per radian and more.
