@@ -100,6 +100,9 @@ pub(super) struct SetSums {
     square_y: f64,
     square_bands: Vec<f64>,
     squared: u32,
+    /// Y of rays that saw the sky in a mirror first, and of those that met the ground there or an outside surface first.
+    seen_sky_y: f64,
+    external_y: f64,
 }
 
 impl SetSums {
@@ -116,6 +119,8 @@ impl SetSums {
             square_y: 0.0,
             square_bands: vec![0.0; pad],
             squared: 0,
+            seen_sky_y: 0.0,
+            external_y: 0.0,
         }
     }
 
@@ -148,6 +153,12 @@ impl SetSums {
         xyz
     }
 
+    /// Illuminance by way of the sky in mirrors, and by what lies outside, before any other reflection.
+    pub(super) fn outside_y(&self) -> (f64, f64) {
+        let n = f64::from(self.rays.max(1));
+        (self.seen_sky_y / n, self.external_y / n)
+    }
+
     /// Mean square of a ray's Y.
     pub(super) fn mean_square_y(&self) -> f64 {
         self.square_y / f64::from(self.rays.max(1))
@@ -173,6 +184,16 @@ pub(super) struct Gatherer<'a> {
     pub(super) cast: u64,
     /// Rays of which the first landing was too near to trust the element.
     pub(super) near: u64,
+    /// What the ray met first.
+    first: First,
+}
+
+/// What a ray met first, behind mirrors and panes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum First {
+    Inside,
+    Sky,
+    External,
 }
 
 /// Where a ray's light is looked up at last.
@@ -196,6 +217,7 @@ impl<'a> Gatherer<'a> {
             hits: Vec::new(),
             cast: 0,
             near: 0,
+            first: First::Inside,
         }
     }
 
@@ -273,6 +295,11 @@ impl<'a> Gatherer<'a> {
         if !plain || wants_squares {
             y += dot(&self.value, &self.field.optics.xyz[1]);
         }
+        match self.first {
+            First::Inside => {}
+            First::Sky => sums.seen_sky_y += f64::from(y),
+            First::External => sums.external_y += f64::from(y),
+        }
         if !self.field.spectral {
             sums.square_y += f64::from(y) * f64::from(y);
         } else if wants_squares {
@@ -309,6 +336,7 @@ impl<'a> Gatherer<'a> {
         let field = self.field;
         let (world, optics) = (field.world, field.optics);
         let mut plain = true;
+        self.first = First::Inside;
         for bounce in 0..MAX_BOUNCES {
             self.tint.reset();
             let choice = if world.has_glass() { points.get(k, 4 * bounce + 4) } else { 0.5 };
@@ -319,13 +347,17 @@ impl<'a> Gatherer<'a> {
                 }
                 // Only the first ray can tell that the point itself is covered; later ones slipped under an edge.
                 Landing::Covered if bounce == 0 => return (End::Covered, true),
+                Landing::Escaped { direction, mirrored: true } => {
+                    self.dim(&mut plain);
+                    self.add_background(direction, bounce == 0, &mut plain);
+                    return (End::Dark, plain);
+                }
                 _ => return (End::Dark, plain),
             };
-            if self.tint.scale != 1.0 || self.tint.coloured {
-                self.spoil(&mut plain);
-                for (band, t) in self.throughput.iter_mut().enumerate() {
-                    *t *= self.tint.share(band);
-                }
+            self.dim(&mut plain);
+            if bounce == 0 && world.is_outside(surface) {
+                self.first = First::External;
+                self.spoil(&mut plain); // so that its own Y is known
             }
             let glowing = world.glowing();
             if mirrored && !glowing {
@@ -373,6 +405,26 @@ impl<'a> Gatherer<'a> {
             self.cast += 1;
         }
         (End::Dark, plain)
+    }
+
+    /// Takes what mirrors and panes took.
+    fn dim(&mut self, plain: &mut bool) {
+        if self.tint.scale != 1.0 || self.tint.coloured {
+            self.spoil(plain);
+            for (band, t) in self.throughput.iter_mut().enumerate() {
+                *t *= self.tint.share(band);
+            }
+        }
+    }
+
+    /// Adds sky or ground as a mirror shows them.
+    fn add_background(&mut self, direction: DVec3, is_first: bool, plain: &mut bool) {
+        let Some((group, weight)) = self.field.world.background(direction) else { return };
+        if is_first {
+            self.first = if direction.z < 0.0 { First::External } else { First::Sky };
+        }
+        self.spoil(plain);
+        add_product(&mut self.value, &self.field.optics.exitance[group], &self.throughput, weight as f32);
     }
 
     /// Adds what the surface emits.

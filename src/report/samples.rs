@@ -131,6 +131,7 @@ pub(super) fn measurement(mode: &BandMode) -> Measurement {
         views: vec![view("camera", 96, 64, n)],
         bands,
         grids: vec![grid("workplane", 16, 24, [3.5, 5.5])],
+        outdoor_lx: Some(10_000.0),
         ledger: Ledger {
             emitted: vec![10.0; n],
             absorbed: vec![9.0; n],

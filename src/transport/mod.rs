@@ -20,6 +20,6 @@ pub use chain::{Fork, Landing, Tint, follow};
 pub use daylight::{DAYLIGHT_GROUPS, GROUND, SKY, SUN, sun_direction, transmittance_out};
 pub use direct::{DirectScratch, direct, transmittance_to};
 pub use glass::Pane;
-pub use optics::Optics;
+pub use optics::{LightPart, Optics};
 pub use rows::{Replica, RowSettings, Rows, Target};
 pub use world::{Kind, World, cosine_direction};

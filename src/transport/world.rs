@@ -6,6 +6,7 @@ use super::caster::{Caster, MISS, Ray};
 use super::daylight::{DAYLIGHT_GROUPS, GROUND, SKY};
 use super::glass::Pane;
 use super::points::Points;
+use crate::light::sun::DIAMETER_DEG;
 use crate::light::{Daylight, Emitters};
 use crate::mesh::{Surfaces, sample_polygon};
 use crate::scene::{MaterialKind, Scene};
@@ -141,6 +142,14 @@ impl World {
             return Some((first + GROUND, 1.0));
         }
         daylight.sky.map(|sky| (first + SKY, std::f64::consts::PI * sky.luminance(direction)))
+    }
+
+    /// π times the radiance of the sun per unit of its irradiance face on, where a direction meets its disc.
+    #[must_use]
+    pub fn sun_disc(&self, direction: DVec3) -> Option<f64> {
+        let sun = self.daylight.as_ref()?.sun?;
+        let radius = (0.5 * DIAMETER_DEG).to_radians();
+        (direction.z > 0.0 && direction.dot(sun) > radius.cos()).then(|| 1.0 / radius.sin().powi(2))
     }
 
     /// Does light that a surface reflects last come from outside?
