@@ -11,7 +11,10 @@ use crate::mesh::{Elements, NO_ELEMENT};
 use crate::solve::Solution;
 use crate::transport::caster::{Hit, MISS, Ray};
 use crate::transport::points::{Points, seed};
-use crate::transport::{DirectScratch, Fork, Landing, Optics, Tint, World, cosine_direction, direct, follow};
+use crate::transport::{
+    DirectScratch, Fork, Landing, Optics, Tint, World, chance_weight, cosine_direction, direct, direct_parts, follow,
+    through_panes,
+};
 
 /// Independent ray sets, and independent solutions to look up.
 pub(super) const REPLICAS: usize = 4;
@@ -336,6 +339,7 @@ impl<'a> Gatherer<'a> {
         let field = self.field;
         let (world, optics) = (field.world, field.optics);
         let mut plain = true;
+        let mut vertex = None;
         self.first = First::Inside;
         for bounce in 0..MAX_BOUNCES {
             self.tint.reset();
@@ -347,9 +351,15 @@ impl<'a> Gatherer<'a> {
                 }
                 // Only the first ray can tell that the point itself is covered; later ones slipped under an edge.
                 Landing::Covered if bounce == 0 => return (End::Covered, true),
-                Landing::Escaped { direction, mirrored: true } => {
+                Landing::Escaped { direction, mirrored } => {
+                    let weight = match vertex {
+                        _ if mirrored => 1.0,
+                        // The start of all has its exact direct light already.
+                        None => return (End::Dark, plain),
+                        Some(vertex) => chance_weight(world, vertex, direction),
+                    };
                     self.dim(&mut plain);
-                    self.add_background(direction, bounce == 0, &mut plain);
+                    self.add_background(direction, weight, bounce == 0, &mut plain);
                     return (End::Dark, plain);
                 }
                 _ => return (End::Dark, plain),
@@ -394,7 +404,14 @@ impl<'a> Gatherer<'a> {
             if !glowing {
                 self.factors.fill(0.0);
                 let shadow = seed(&[stream, u64::from(k), u64::from(bounce)]);
-                direct(world, x, normal, shadow, &mut self.scratch, &mut self.factors);
+                direct_parts(world, (x, normal), shadow, false, &mut self.scratch, &mut self.factors);
+                // One ray is enough of the sky: the vertex is one of many.
+                let place =
+                    (points.get(k, 4 * bounce + 6), points.get(k, 4 * bounce + 7), points.get(k, 4 * bounce + 8));
+                if let Some((group, factor)) = through_panes(world, (x, normal), place, &mut self.cast) {
+                    self.factors[group] += factor;
+                }
+                vertex = Some((x, normal));
                 for (factor, m) in self.factors.iter().zip(&optics.exitance) {
                     add_product(&mut self.value, m, &self.throughput, *factor as f32);
                 }
@@ -417,14 +434,14 @@ impl<'a> Gatherer<'a> {
         }
     }
 
-    /// Adds sky or ground as a mirror shows them.
-    fn add_background(&mut self, direction: DVec3, is_first: bool, plain: &mut bool) {
-        let Some((group, weight)) = self.field.world.background(direction) else { return };
+    /// Adds sky or ground as the ray sees them.
+    fn add_background(&mut self, direction: DVec3, weight: f64, is_first: bool, plain: &mut bool) {
+        let Some((group, light)) = self.field.world.background(direction) else { return };
         if is_first {
             self.first = if direction.z < 0.0 { First::External } else { First::Sky };
         }
         self.spoil(plain);
-        add_product(&mut self.value, &self.field.optics.exitance[group], &self.throughput, weight as f32);
+        add_product(&mut self.value, &self.field.optics.exitance[group], &self.throughput, (weight * light) as f32);
     }
 
     /// Adds what the surface emits.

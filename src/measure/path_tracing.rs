@@ -19,8 +19,8 @@ use crate::scene::{Grid, Sensor};
 use crate::transport::caster::Ray;
 use crate::transport::points::{Points, seed};
 use crate::transport::{
-    DirectScratch, Fork, Kind, Landing, LightPart, Optics, SUN, Tint, World, cosine_direction, follow, sun_direction,
-    transmittance_out, transmittance_to,
+    DirectScratch, Fork, Kind, Landing, LightPart, Optics, SUN, Tint, World, chance_weight, cosine_direction, follow,
+    sun_direction, through_panes, transmittance_out, transmittance_to,
 };
 
 /// Independent batches.
@@ -28,8 +28,9 @@ const BATCHES: usize = 32;
 /// Bounces after which weak paths are ended by chance.
 const ROULETTE_FROM: u32 = 3;
 const MAX_BOUNCES: u32 = 10_000;
-/// Dimensions of the point set that one bounce takes: emitter (3), direction (2), pane, roulette, spare, sun (2).
-const STRIDE: u32 = 10;
+/// Dimensions of the point set that one bounce takes: emitter (3), direction (2), pane, roulette, spare, sun (2),
+/// pane to the sky (3).
+const STRIDE: u32 = 13;
 
 /// Buffers of one thread.
 pub(super) struct Tracer<'a> {
@@ -117,6 +118,22 @@ impl<'a> Tracer<'a> {
         (kernel > 0.0).then(|| (group, kernel / (kernel + density)))
     }
 
+    /// Sun and sky by one ray each.
+    fn daylight(
+        &mut self,
+        x: DVec3,
+        normal: DVec3,
+        points: &Points,
+        k: u32,
+        dimension: u32,
+    ) -> [Option<(usize, f64)>; 2] {
+        self.world.daylight().map_or([None, None], |_| {
+            let place = (points.get(k, dimension + 2), points.get(k, dimension + 3), points.get(k, dimension + 4));
+            let sky = through_panes(self.world, (x, normal), place, &mut self.cast);
+            [self.sun(x, normal, points, k, dimension), sky]
+        })
+    }
+
     /// The sun's light by one point of its disc, per unit of its irradiance face on, with its group.
     fn sun(&mut self, x: DVec3, normal: DVec3, points: &Points, k: u32, dimension: u32) -> Option<(usize, f64)> {
         let sun = self.world.daylight().and_then(|d| d.sun)?;
@@ -139,7 +156,7 @@ impl<'a> Tracer<'a> {
         if let Some((group, factor)) = self.next_event(start, facing, points, k, 0) {
             self.direct[group] += factor;
         }
-        if let Some((group, factor)) = self.sun(start, facing, points, k, 8) {
+        for (group, factor) in self.daylight(start, facing, points, k, 8).into_iter().flatten() {
             self.direct[group] += factor;
         }
         let (mut x, mut normal) = (start, facing);
@@ -152,10 +169,11 @@ impl<'a> Tracer<'a> {
             self.tint.reset();
             let fork = Fork::Chance(points.get(k, base + 5));
             let landing = follow(self.world, self.optics, ray, hit, fork, &mut self.tint, &mut self.cast);
-            if let Landing::Escaped { direction, .. } = landing
-                && let Some((group, weight)) = self.world.background(direction)
+            if let Landing::Escaped { direction, mirrored } = landing
+                && let Some((group, light)) = self.world.background(direction)
             {
-                self.add(group, weight, bounce == 0);
+                let weight = if mirrored { 1.0 } else { chance_weight(self.world, (x, normal), direction) };
+                self.add(group, light * weight, bounce == 0);
             }
             let Landing::Surface { surface, front, point, mirrored, .. } = landing else {
                 return bounce > 0 || !matches!(landing, Landing::Covered);
@@ -187,9 +205,9 @@ impl<'a> Tracer<'a> {
             normal = s.side_normal(front);
             x = self.world.lift(s.point(s.uv(point)), normal);
             let lamp = self.next_event(x, normal, points, k, base + STRIDE);
-            let sun = self.sun(x, normal, points, k, base + STRIDE + 8);
+            let daylight = self.daylight(x, normal, points, k, base + STRIDE + 8);
             self.tint.reset();
-            for (group, factor) in lamp.into_iter().chain(sun) {
+            for (group, factor) in lamp.into_iter().chain(daylight.into_iter().flatten()) {
                 self.add(group, factor, false);
             }
         }

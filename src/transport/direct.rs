@@ -44,7 +44,7 @@ pub fn direct(world: &World, x: DVec3, normal: DVec3, sample: u64, scratch: &mut
 }
 
 /// The same, with or without the light of sky and ground, which takes longest.
-pub(super) fn direct_parts(
+pub fn direct_parts(
     world: &World,
     (x, normal): (DVec3, DVec3),
     sample: u64,

@@ -15,7 +15,7 @@ use super::world::{World, cosine_direction};
 use crate::mesh::{ElementKey, Elements};
 
 /// Places of an element, in each set, at which sky and ground are integrated: the sky changes slowly across it.
-const SKY_POINTS: u32 = 2;
+const SKY_POINTS: u32 = 1;
 
 /// Where a ray of a row ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -6,6 +6,7 @@ use super::caster::{Caster, MISS, Ray};
 use super::daylight::{DAYLIGHT_GROUPS, GROUND, SKY};
 use super::glass::Pane;
 use super::points::Points;
+use super::portals::Portals;
 use crate::light::sun::DIAMETER_DEG;
 use crate::light::{Daylight, Emitters};
 use crate::mesh::{Surfaces, sample_polygon};
@@ -40,6 +41,7 @@ pub struct World {
     glowing: bool,
     outside: Vec<bool>,
     daylight: Option<Daylight>,
+    portals: Portals,
 }
 
 /// Distance, in units of the scene's size, by which a ray's start is lifted off its surface.
@@ -78,13 +80,15 @@ impl World {
         });
         let kinds: Vec<Kind> = kinds.collect();
         let any = |wanted: &dyn Fn(Kind) -> bool| surfaces.list.iter().any(|s| wanted(kinds[s.material]));
+        let panes: Vec<Option<Pane>> = panes.collect();
         let mut world = Self {
             glowing: false,
+            portals: Portals::new(&surfaces, |material| panes[material].is_some()),
             has_specular: any(&|k| k != Kind::Diffuse),
             has_glass: any(&|k| k == Kind::Glass),
             caster: Caster::new(&surfaces),
             kinds,
-            panes: panes.collect(),
+            panes,
             groups,
             surfaces,
             emitters,
@@ -132,6 +136,11 @@ impl World {
     #[must_use]
     pub fn daylight(&self) -> Option<&Daylight> {
         self.daylight.as_ref()
+    }
+
+    /// Clear panes, as guides to the sky.
+    pub(super) fn portals(&self) -> &Portals {
+        &self.portals
     }
 
     /// What a ray sees that leaves the scene: the group, and π times its radiance per unit of the group.
