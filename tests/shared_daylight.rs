@@ -28,14 +28,14 @@ fn rows() -> Option<Vec<Row>> {
         eprintln!("skipped: no {}", path.display());
         return None;
     }
-    let mut reader = csv::Reader::from_path(&path).unwrap();
+    let mut reader = csv::Reader::from_path(&path).expect("readable");
     let rows = reader.records().map(|r| {
-        let r = r.unwrap();
-        let n = |k: usize| r[k].parse::<f64>().unwrap();
+        let r = r.expect("a row");
+        let n = |k: usize| r[k].parse::<f64>().expect("a number");
         Row {
             test: r[0].into(),
             configuration: r[1].into(),
-            sky: r[2].parse().unwrap(),
+            sky: r[2].parse().expect("a number"),
             point: at(n(6), n(7), n(8)),
             normal: at(n(9), n(10), n(11)),
             sky_component: n(12),
@@ -85,13 +85,13 @@ fn room(test: &str, configuration: &str) -> Build {
         // "Endless" along x: through the opening no point sees further than 50 m aside. What it emits is stated in the configuration, as a share of the horizontal light.
         let share = share_of(configuration);
         let mask = b.material(lit(diffuse("mask", 0.0), share * 1e4));
-        let depth: f64 = depth.parse().unwrap();
+        let depth: f64 = depth.parse().expect("a number");
         b.rectangle(at(-48.0, -depth, 3.0), depth * y, 100.0 * x, mask);
     }
     if let Some(height) = configuration.strip_prefix("wall ").and_then(|c| c.split(' ').next()) {
         let share = share_of(configuration);
         let mask = b.material(lit(diffuse("mask", 0.0), share * 1e4));
-        let height: f64 = height.parse().unwrap();
+        let height: f64 = height.parse().expect("a number");
         b.rectangle(at(52.0, -6.0, 0.0), -100.0 * x, height * z, mask);
     }
     b
@@ -137,7 +137,9 @@ fn cie_171_daylight_cases_hold_to_one_percent_and_to_their_errors() {
         b.points("points", &points);
         let has_ground = group.iter().any(|r| r.ground > 0.0);
         b.0.daytime = Some(daytime(first.2, if has_ground { 0.3 } else { 0.0 }));
-        let result: GridResult = solve(&b.0, &within(0.01)).grids.remove(0);
+        // What comes from the sky without reflection is exact at any tolerance: 1 % is asked where the sky is clear.
+        let tolerance = if first.2 == 12 { 0.01 } else { 0.1 };
+        let result: GridResult = solve(&b.0, &within(tolerance)).grids.remove(0);
         for (row, s) in group.iter().zip(&result.sensors) {
             // 10,000 lx outside: a lux is 0.01 percent.
             for (name, found, wanted) in [

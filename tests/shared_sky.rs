@@ -8,22 +8,22 @@ use clerestory::light::sun::{Air, Moment, Place, SunPosition};
 use glam::DVec3;
 
 /// The rows of a table, by column name; `None` where the file is not there.
-fn table(name: &str) -> Option<Vec<std::collections::HashMap<String, String>>> {
+fn table(name: &str) -> Option<Vec<std::collections::BTreeMap<String, String>>> {
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared").join(name);
     if !path.exists() {
         eprintln!("skipped: no {}", path.display());
         return None;
     }
-    let mut reader = csv::Reader::from_path(&path).unwrap();
-    let heads = reader.headers().unwrap().clone();
+    let mut reader = csv::Reader::from_path(&path).expect("readable");
+    let heads = reader.headers().expect("a header").clone();
     let rows = reader.records().map(|r| {
-        let r = r.unwrap();
+        let r = r.expect("a row");
         heads.iter().zip(r.iter()).map(|(h, v)| (h.to_owned(), v.to_owned())).collect()
     });
     Some(rows.collect())
 }
 
-type Row = std::collections::HashMap<String, String>;
+type Row = std::collections::BTreeMap<String, String>;
 
 fn number(row: &Row, key: &str) -> f64 {
     row[key].parse().unwrap_or_else(|_| panic!("{key} = {:?}", row[key]))
@@ -34,7 +34,8 @@ fn direction(altitude_deg: f64, azimuth_deg: f64) -> DVec3 {
 }
 
 fn sky_of(number: u8, sun: DVec3) -> Sky {
-    let model = if number == 16 { SkyModel::Overcast } else { SkyModel::Cie(cie_coefficients(number).unwrap()) };
+    let model =
+        if number == 16 { SkyModel::Overcast } else { SkyModel::Cie(cie_coefficients(number).expect("a type")) };
     Sky::new(model, sun)
 }
 

@@ -30,7 +30,9 @@ const MAX_DEPTH: u32 = 4;
 const CELL_RAYS: u32 = 8;
 const SUN_RAYS: u32 = 64;
 /// Relative difference of two rules at which a triangle is not divided further.
-const QUADRATURE: f64 = 0.03;
+const QUADRATURE: f64 = 0.02;
+/// Cosine between corners of a triangle that is divided in any case: seven points are too few for so wide a view.
+const WIDE: f64 = 0.8;
 const QUADRATURE_DEPTH: u32 = 7;
 
 /// Buffers of one thread.
@@ -277,7 +279,7 @@ fn divide(polygon: &[DVec3]) -> Vec<Vec<DVec3>> {
 const RULE: [(f64, [f64; 3]); 7] = {
     const A: f64 = 0.470_142_064_105_115_1;
     const B: f64 = 0.101_286_507_323_456_34;
-    const WA: f64 = 0.132_394_152_788_506_18;
+    const WA: f64 = 0.132_394_152_788_506_2;
     const WB: f64 = 0.125_939_180_544_827_15;
     [
         (0.225, [1.0 / 3.0; 3]),
@@ -290,13 +292,16 @@ const RULE: [(f64, [f64; 3]); 7] = {
     ]
 };
 
-/// Half the mean of `f` over a triangle, divided in four until a rule of first degree comes near to that of the fifth:
+/// Half the mean of `f` over a triangle, divided in four until two rules of first degree come near to that of the fifth:
 /// the error of the latter is then far smaller.
 fn triangle_integral(f: &impl Fn(DVec3) -> f64, [a, b, c]: [DVec3; 3], depth: u32) -> f64 {
     let values = RULE.map(|(w, [x, y, z])| (w, f(a * x + b * y + c * z)));
     let fine: f64 = values.iter().map(|(w, v)| w * v).sum();
-    let coarse = values[4..].iter().map(|(_, v)| v).sum::<f64>() / 3.0;
-    if depth == 0 || (fine - coarse).abs() <= QUADRATURE * fine {
+    let mean = |part: &[(f64, f64)]| part.iter().map(|(_, v)| v).sum::<f64>() / 3.0;
+    let off = (mean(&values[1..4]) - fine).abs().max((mean(&values[4..]) - fine).abs());
+    let is_wide = a.dot(b).min(b.dot(c)).min(c.dot(a))
+        < WIDE * a.length_squared().min(b.length_squared()).min(c.length_squared());
+    if depth == 0 || (off <= QUADRATURE * fine && !is_wide) {
         return 0.5 * fine;
     }
     let (ab, bc, ca) = ((a + b) * 0.5, (b + c) * 0.5, (c + a) * 0.5);
