@@ -5,9 +5,10 @@ mod common;
 
 use std::path::PathBuf;
 
-use clerestory::measure::GridResult;
+use clerestory::light::Daylight;
 use clerestory::scene::{Amount, Daytime, Placed, SkyName};
-use clerestory::spectrum::Spectrum;
+use clerestory::spectrum::{Bands, Spectrum};
+use clerestory::transport::{DirectScratch, LightPart, Optics, World, direct};
 use common::{Build, at, diffuse, glass, lit, solve, within};
 use glam::DVec3;
 
@@ -50,7 +51,9 @@ fn rows() -> Option<Vec<Row>> {
 fn room(test: &str, configuration: &str) -> Build {
     let mut b = Build::new();
     let black = b.material(diffuse("black", 0.0));
-    let pane = b.material(glass(0.88));
+    // The cases' pane: n = 1.52, K d = 0.0424, which makes 0.8801 at normal incidence.
+    let (r, a) = ((0.52f64 / 2.52).powi(2), (-0.0424f64).exp());
+    let pane = b.material(glass((1.0 - r).powi(2) * a / (1.0 - r * r * a * a)));
     let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
     b.rectangle(at(0.0, 0.0, 0.0), 4.0 * x, 4.0 * y, black);
     b.rectangle(at(0.0, 0.0, 0.0), 4.0 * y, 3.0 * z, black);
@@ -120,45 +123,74 @@ fn daytime(sky: u8, ground: f64) -> Daytime {
     }
 }
 
+/// The rows of each room and sky, with that room.
+fn rooms(rows: &[Row]) -> Vec<(&[Row], Build)> {
+    let same = |a: &Row, b: &Row| (&a.test, &a.configuration, a.sky) == (&b.test, &b.configuration, b.sky);
+    rows.chunk_by(same)
+        .map(|group| {
+            let mut b = room(&group[0].test, &group[0].configuration);
+            let points: Vec<(DVec3, DVec3)> = group.iter().map(|r| (r.point, r.normal)).collect();
+            b.points("points", &points);
+            let has_ground = group.iter().any(|r| r.ground > 0.0);
+            b.0.daytime = Some(daytime(group[0].sky, if has_ground { 0.3 } else { 0.0 }));
+            (group, b)
+        })
+        .collect()
+}
+
+/// Sky, ground and mask must be within 1 % or 0.01 points of percent.
+fn check(row: &Row, [sky, ground, mask]: [f64; 3]) {
+    for (name, found, wanted) in
+        [("sky", sky, row.sky_component), ("ground", ground, row.ground), ("mask", mask, row.mask)]
+    {
+        let off = (found - wanted).abs();
+        let place = format!("{} {} sky {} at {}", row.test, row.configuration, row.sky, row.point);
+        assert!(off <= 0.01 || off <= 0.01 * wanted, "{place}, {name}: {found} {wanted}");
+    }
+}
+
 #[test]
-fn cie_171_daylight_cases_hold_to_one_percent_and_to_their_errors() {
+fn direct_light_of_all_cie_171_daylight_cases_is_exact() {
     let Some(rows) = rows() else { return };
     assert_eq!(rows.len(), 1728);
-    let mut seen = 0;
-    let (mut worst, mut outside) = (0.0f64, 0);
-    let mut start = 0;
-    while start < rows.len() {
-        let key = |r: &Row| (r.test.clone(), r.configuration.clone(), r.sky);
-        let first = key(&rows[start]);
-        let end = start + rows[start..].iter().take_while(|r| key(r) == first).count();
-        let group = &rows[start..end];
-        let mut b = room(&first.0, &first.1);
-        let points: Vec<(DVec3, DVec3)> = group.iter().map(|r| (r.point, r.normal)).collect();
-        b.points("points", &points);
-        let has_ground = group.iter().any(|r| r.ground > 0.0);
-        b.0.daytime = Some(daytime(first.2, if has_ground { 0.3 } else { 0.0 }));
-        // What comes from the sky without reflection is exact at any tolerance: 1 % is asked where the sky is clear.
-        let tolerance = if first.2 == 12 { 0.01 } else { 0.1 };
-        let result: GridResult = solve(&b.0, &within(tolerance)).grids.remove(0);
-        for (row, s) in group.iter().zip(&result.sensors) {
+    let mut sums = (0.0, 0.0);
+    for (group, b) in rooms(&rows) {
+        let world = World::with_daylight(&b.0, Daylight::new(&b.0).expect("a day"));
+        let (bands, _) = Bands::plan(&b.0.bands, &[], &[], 0.01).expect("one band");
+        let optics = Optics::new(&b.0, &world, bands);
+        let mut scratch = DirectScratch::fine();
+        for row in group {
+            let mut factors = vec![0.0; world.groups()];
+            let x = world.lift(world.surfaces.frame.to_local(row.point), row.normal);
+            direct(&world, x, row.normal, 1, &mut scratch, &mut factors);
             // 10,000 lx outside: a lux is 0.01 percent.
-            for (name, found, wanted) in [
-                ("sky", s.sky_lx / 100.0, row.sky_component),
-                ("ground", s.external_lx / 100.0, row.ground),
-                ("mask", s.direct_lx / 100.0, row.mask),
-            ] {
-                let off = (found - wanted).abs();
-                if off > 0.01 {
-                    worst = worst.max(off / wanted);
-                }
-                assert!(off <= 0.01 || off <= 0.01 * wanted, "{first:?} {} {name}: {found} {wanted}", row.point);
-            }
+            let percent = |part| optics.lux_of_direct(&factors, part) / 100.0;
+            let found = [LightPart::Sky, LightPart::Ground, LightPart::Lamps].map(percent);
+            check(row, found);
+            sums = (sums.0 + (found[0] - row.sky_component).powi(2), sums.1 + row.sky_component.powi(2));
+        }
+        assert_eq!(scratch.rays, 0, "nothing is left to chance");
+    }
+    // The quadrature of glazed and clear skies is meant to be far better than the cases ask.
+    let relative = (sums.0 / sums.1).sqrt();
+    assert!(relative < 1e-4, "RMS of the sky component {relative}");
+}
+
+#[test]
+fn cie_171_daylight_cases_solved_to_one_percent_are_inside_their_errors() {
+    let Some(rows) = rows() else { return };
+    let (mut seen, mut outside) = (0, 0);
+    // The masks of 5.13 and 5.14 make a scene 100 m wide, and a point on its floor stands 4e-6 of that, 0.4 mm, above it:
+    // the error does not speak of where the point is. Glazed rooms, the harder ones, stand for the open.
+    let is_asked = |g: &[Row]| g[0].sky == 12 && (g[0].test == "5.10" || g[0].test == "5.12");
+    for (group, b) in rooms(&rows).into_iter().filter(|(g, _)| is_asked(g)) {
+        let result = solve(&b.0, &within(0.01)).grids.remove(0);
+        for (row, s) in group.iter().zip(&result.sensors) {
+            check(row, [s.sky_lx / 100.0, s.external_lx / 100.0, s.direct_lx / 100.0]);
             let total = row.sky_component + row.ground + row.mask;
-            outside += usize::from((s.xyz[1] / 100.0 - total).abs() > s.error_lx / 100.0 + 1e-6);
+            outside += usize::from((s.xyz[1] - 100.0 * total).abs() > s.error_lx + 1e-4);
             seen += 1;
         }
-        start = end;
     }
-    println!("{seen} rows, worst beyond 0.01 points {:.3} %, {outside} outside their stated error", 100.0 * worst);
-    assert!(outside * 20 <= seen, "{outside} of {seen} outside their error");
+    assert!(seen >= 60 && outside * 20 <= seen, "{outside} of {seen} outside their error");
 }

@@ -200,7 +200,7 @@ impl Task<'_> {
             grid.sensors
                 .par_iter()
                 .enumerate()
-                .map_init(crate::transport::DirectScratch::default, |scratch, (i, sensor)| {
+                .map_init(crate::transport::DirectScratch::fine, |scratch, (i, sensor)| {
                     let probe = Probe::new(world, sensor);
                     let mut direct = Vec::new();
                     if probe.status == Status::Ok {

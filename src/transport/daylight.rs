@@ -29,8 +29,10 @@ const MAX_DEPTH: u32 = 4;
 /// Rays in a cell that is still too full, and over the sun's disc.
 const CELL_RAYS: u32 = 8;
 const SUN_RAYS: u32 = 64;
-/// Relative difference of two rules at which a triangle is not divided further.
+/// Relative difference of two rules at which a triangle is not divided further: for elements, of which many are averaged,
+/// and for points that are reported.
 const QUADRATURE: f64 = 0.02;
+const FINE_QUADRATURE: f64 = 0.001;
 /// Cosine between corners of a triangle that is divided in any case: seven points are too few for so wide a view.
 const WIDE: f64 = 0.8;
 const QUADRATURE_DEPTH: u32 = 7;
@@ -43,6 +45,8 @@ pub(super) struct SkyScratch {
     planes: Vec<DVec3>,
     cover: Vec<DVec3>,
     cut: Vec<DVec3>,
+    /// Integrate finely.
+    pub(super) fine: bool,
 }
 
 /// What looks where: a point with its normal, and the seed of the rays it may need.
@@ -107,8 +111,9 @@ impl Eye<'_> {
                 list[*b as usize].area.total_cmp(&list[*a as usize].area).then_with(|| a.cmp(b))
             });
             if s.visible.clip(self.world, self.x, (self.normal, 1e-9), polygon, s.blockers.iter().copied()) {
+                let limit = if s.fine { FINE_QUADRATURE } else { QUADRATURE };
                 for piece in &s.visible.pieces {
-                    *out += self.integrate(piece, group);
+                    *out += self.integrate(piece, group, limit);
                 }
                 return 0;
             }
@@ -155,7 +160,7 @@ impl Eye<'_> {
         self.world.daylight().and_then(|d| d.sky).map_or(0.0, |sky| sky.luminance(direction))
     }
 
-    fn integrate(&self, piece: &Piece, group: usize) -> f64 {
+    fn integrate(&self, piece: &Piece, group: usize, limit: f64) -> f64 {
         let is_flat = group == GROUND || self.world.daylight().and_then(|d| d.sky).is_some_and(|s| s.is_uniform());
         if is_flat && piece.panes().is_empty() {
             return configuration_factor(&piece.polygon, self.normal);
@@ -175,7 +180,7 @@ impl Eye<'_> {
             .map(|e| {
                 let triangle = [first, e[0], e[1]];
                 let volume = first.dot(e[0].cross(e[1])).abs();
-                volume * triangle_integral(&f, triangle, QUADRATURE_DEPTH)
+                volume * triangle_integral(&f, triangle, limit, QUADRATURE_DEPTH)
             })
             .sum()
     }
@@ -294,17 +299,17 @@ const RULE: [(f64, [f64; 3]); 7] = {
 
 /// Half the mean of `f` over a triangle, divided in four until two rules of first degree come near to that of the fifth:
 /// the error of the latter is then far smaller.
-fn triangle_integral(f: &impl Fn(DVec3) -> f64, [a, b, c]: [DVec3; 3], depth: u32) -> f64 {
+fn triangle_integral(f: &impl Fn(DVec3) -> f64, [a, b, c]: [DVec3; 3], limit: f64, depth: u32) -> f64 {
     let values = RULE.map(|(w, [x, y, z])| (w, f(a * x + b * y + c * z)));
     let fine: f64 = values.iter().map(|(w, v)| w * v).sum();
     let mean = |part: &[(f64, f64)]| part.iter().map(|(_, v)| v).sum::<f64>() / 3.0;
     let off = (mean(&values[1..4]) - fine).abs().max((mean(&values[4..]) - fine).abs());
     let is_wide = a.dot(b).min(b.dot(c)).min(c.dot(a))
         < WIDE * a.length_squared().min(b.length_squared()).min(c.length_squared());
-    if depth == 0 || (off <= QUADRATURE * fine && !is_wide) {
+    if depth == 0 || (off <= limit * fine && !is_wide) {
         return 0.5 * fine;
     }
     let (ab, bc, ca) = ((a + b) * 0.5, (b + c) * 0.5, (c + a) * 0.5);
     let parts = [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]];
-    0.25 * parts.map(|t| triangle_integral(f, t, depth - 1)).iter().sum::<f64>()
+    0.25 * parts.map(|t| triangle_integral(f, t, limit, depth - 1)).iter().sum::<f64>()
 }

@@ -36,6 +36,16 @@ pub struct DirectScratch {
     pub factors: u64,
 }
 
+impl DirectScratch {
+    /// For points that are reported: the sky is integrated more finely.
+    #[must_use]
+    pub fn fine() -> Self {
+        let mut scratch = Self::default();
+        scratch.sky.fine = true;
+        scratch
+    }
+}
+
 /// Irradiance per unit exitance from every group of light at a point with a normal; adds to `out`.
 ///
 /// `sample` seeds the shadow rays where they are needed.
