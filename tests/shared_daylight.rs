@@ -158,7 +158,7 @@ fn direct_light_of_all_cie_171_daylight_cases_is_exact() {
         let world = World::with_daylight(&b.0, Daylight::new(&b.0).expect("a day"));
         let (bands, _) = Bands::plan(&b.0.bands, &[], &[], 0.01).expect("one band");
         let optics = Optics::new(&b.0, &world, bands);
-        let mut scratch = DirectScratch::fine();
+        let mut scratch = DirectScratch::for_tolerance(0.01);
         for row in group {
             let mut factors = vec![0.0; world.groups()];
             let x = world.lift(world.surfaces.frame.to_local(row.point), row.normal);

@@ -200,40 +200,43 @@ impl Task<'_> {
             grid.sensors
                 .par_iter()
                 .enumerate()
-                .map_init(crate::transport::DirectScratch::fine, |scratch, (i, sensor)| {
-                    let probe = Probe::new(world, sensor);
-                    let mut direct = Vec::new();
-                    if probe.status == Status::Ok {
-                        for a in 0..REPLICAS {
-                            let sample = seed(&[self.options.seed, stream::SHADOW, g as u64, i as u64, a as u64]);
-                            let mut f = vec![0.0; world.groups()];
-                            let before = scratch.rays;
-                            crate::transport::direct(world, probe.position, probe.normal, sample, scratch, &mut f);
-                            direct.push(f);
-                            if scratch.rays == before {
-                                break; // exact
+                .map_init(
+                    || crate::transport::DirectScratch::for_tolerance(self.options.tolerance),
+                    |scratch, (i, sensor)| {
+                        let probe = Probe::new(world, sensor);
+                        let mut direct = Vec::new();
+                        if probe.status == Status::Ok {
+                            for a in 0..REPLICAS {
+                                let sample = seed(&[self.options.seed, stream::SHADOW, g as u64, i as u64, a as u64]);
+                                let mut f = vec![0.0; world.groups()];
+                                let before = scratch.rays;
+                                crate::transport::direct(world, probe.position, probe.normal, sample, scratch, &mut f);
+                                direct.push(f);
+                                if scratch.rays == before {
+                                    break; // exact
+                                }
                             }
                         }
-                    }
-                    SensorState {
-                        probe,
-                        direct,
-                        sums: (0..REPLICAS).map(|_| SetSums::new(pad, REPLICAS, true)).collect(),
-                        done: 0,
-                        wanted: first,
-                        near: 0.0,
-                        xyz: [0.0; 3],
-                        direct_y: 0.0,
-                        sun_y: 0.0,
-                        sky_y: 0.0,
-                        external_y: 0.0,
-                        glowing: world.glowing(),
-                        reflected_y: 0.0,
-                        y: Stated::default(),
-                        bands: Vec::new(),
-                        memory: Vec::new(),
-                    }
-                })
+                        SensorState {
+                            probe,
+                            direct,
+                            sums: (0..REPLICAS).map(|_| SetSums::new(pad, REPLICAS, true)).collect(),
+                            done: 0,
+                            wanted: first,
+                            near: 0.0,
+                            xyz: [0.0; 3],
+                            direct_y: 0.0,
+                            sun_y: 0.0,
+                            sky_y: 0.0,
+                            external_y: 0.0,
+                            glowing: world.glowing(),
+                            reflected_y: 0.0,
+                            y: Stated::default(),
+                            bands: Vec::new(),
+                            memory: Vec::new(),
+                        }
+                    },
+                )
                 .collect()
         };
         self.scene.grids.iter().enumerate().map(grid).collect()

@@ -30,7 +30,8 @@ const MAX_DEPTH: u32 = 4;
 const CELL_RAYS: u32 = 8;
 const SUN_RAYS: u32 = 64;
 /// Relative difference of two rules at which a triangle is not divided further: for elements, of which many are averaged,
-/// and for points that are reported.
+/// and for points that are reported at a tolerance of 1 %. It falls with the square of the tolerance: the finer rule errs
+/// by its power 1.5 or more.
 const QUADRATURE: f64 = 0.02;
 const FINE_QUADRATURE: f64 = 0.001;
 /// Cosine between corners of a triangle that is divided in any case: seven points are too few for so wide a view.
@@ -45,8 +46,16 @@ pub(super) struct SkyScratch {
     planes: Vec<DVec3>,
     cover: Vec<DVec3>,
     cut: Vec<DVec3>,
-    /// Integrate finely.
-    pub(super) fine: bool,
+    /// Where triangles are not divided further; elements' limit where none is set.
+    limit: Option<f64>,
+}
+
+impl SkyScratch {
+    /// For points that are reported at a tolerance.
+    pub(super) fn for_tolerance(tolerance: f64) -> Self {
+        let limit = (FINE_QUADRATURE * (tolerance / 0.01).powi(2)).clamp(1e-5, QUADRATURE);
+        Self { limit: Some(limit), ..Self::default() }
+    }
 }
 
 /// What looks where: a point with its normal, and the seed of the rays it may need.
@@ -111,7 +120,7 @@ impl Eye<'_> {
                 list[*b as usize].area.total_cmp(&list[*a as usize].area).then_with(|| a.cmp(b))
             });
             if s.visible.clip(self.world, self.x, (self.normal, 1e-9), polygon, s.blockers.iter().copied()) {
-                let limit = if s.fine { FINE_QUADRATURE } else { QUADRATURE };
+                let limit = s.limit.unwrap_or(QUADRATURE);
                 for piece in &s.visible.pieces {
                     *out += self.integrate(piece, group, limit);
                 }

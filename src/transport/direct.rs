@@ -37,12 +37,10 @@ pub struct DirectScratch {
 }
 
 impl DirectScratch {
-    /// For points that are reported: the sky is integrated more finely.
+    /// For points that are reported at a tolerance: the sky is integrated more finely than for elements.
     #[must_use]
-    pub fn fine() -> Self {
-        let mut scratch = Self::default();
-        scratch.sky.fine = true;
-        scratch
+    pub fn for_tolerance(tolerance: f64) -> Self {
+        Self { sky: SkyScratch::for_tolerance(tolerance), ..Self::default() }
     }
 }
 

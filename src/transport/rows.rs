@@ -14,9 +14,6 @@ use super::points::{Points, seed};
 use super::world::{World, cosine_direction};
 use crate::mesh::{ElementKey, Elements};
 
-/// Places of an element, in each set, at which sky and ground are integrated: the sky changes slowly across it.
-const SKY_POINTS: u32 = 1;
-
 /// Where a ray of a row ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Target {
@@ -240,7 +237,10 @@ impl<'a> Worker<'a> {
             // element's, and their errors cancel where a sensor sees many of them.
             let stream = seed(&[self.settings.seed, element.key.family(), r as u64]);
             let points = Points::new(stream);
-            let first = mesh.morton(element).wrapping_mul(rays as u32);
+            let morton = mesh.morton(element);
+            let first = morton.wrapping_mul(rays as u32);
+            // Points of one number modulo the rays lie on one side of every element: neighbours take turns.
+            let sky_from = (stream as u32).wrapping_add(morton.wrapping_mul(3)) as usize % rays;
             self.rays.clear();
             for k in 0..rays as u32 {
                 let (a, b) = points.pair(first.wrapping_add(k), 0);
@@ -259,7 +259,8 @@ impl<'a> Worker<'a> {
                     self.factors.fill(0.0);
                     let x = self.rays[k].at(0.0);
                     let shadow = seed(&[stream, u64::from(first), 1 + k as u64]);
-                    let diffuse = skies[r] < SKY_POINTS;
+                    // Sky and ground change slowly across an element: one place in each set is enough.
+                    let diffuse = skies[r] == 0 && k >= sky_from;
                     skies[r] += u32::from(diffuse);
                     direct_parts(self.world, (x, normal), shadow, diffuse, &mut self.scratch, &mut self.factors);
                     for (sum, f) in out.direct[r * groups..].iter_mut().zip(&self.factors) {
