@@ -156,7 +156,11 @@ impl Exchange {
         }
         self.set = vec![ALONE; list.len()];
         for members in order.chunk_by(|a, b| key(*a) == key(*b)) {
-            if members.iter().map(|i| received[*i]).sum::<usize>() >= ENOUGH {
+            // A set that sends most of its light into the open amplifies nothing, and its few rays that come back tell
+            // worse what others receive from it than their own rays do.
+            let closed: f64 = members.iter().map(|i| self.closed[*i]).sum();
+            let is_closed = 2.0 * closed >= members.len() as f64;
+            if is_closed && members.iter().map(|i| received[*i]).sum::<usize>() >= ENOUGH {
                 members.iter().for_each(|i| self.set[*i] = self.sets as u32);
                 self.sets += 1;
             }
@@ -192,14 +196,12 @@ impl Exchange {
         }
         let total: f64 = target.iter().sum();
         let mut columns = vec![1.0f64; self.sets];
-        let factor = |columns: &[f64], s: u32| if s == ALONE { 1.0 } else { columns[s as usize] };
         let mut rows = vec![1.0f64; sends.len()];
         for _ in 0..MAX_SWEEPS {
             let mut arriving = vec![0.0f64; self.sets];
             for (i, row) in rows.iter_mut().enumerate() {
                 let own = self.row(i);
-                let sum: f64 = own.iter().map(|e| f64::from(e.value) * factor(&columns, set(e))).sum();
-                *row = if sum > 0.0 { self.closed[i] / sum } else { 1.0 };
+                *row = self.renormalise(i, &columns);
                 for e in own.iter().filter(|e| set(e) != ALONE) {
                     arriving[set(e) as usize] += self.area[i] * *row * f64::from(e.value) * columns[set(e) as usize];
                 }
@@ -215,15 +217,29 @@ impl Exchange {
             }
         }
         for i in 0..sends.len() {
+            let row = self.renormalise(i, &columns);
             let own = &mut self.entries[self.start[i] as usize..self.start[i + 1] as usize];
-            let scaled: Vec<f64> =
-                own.iter().map(|e| f64::from(e.value) * factor(&columns, self.set[e.column as usize])).collect();
-            let sum: f64 = scaled.iter().sum();
-            for (e, value) in own.iter_mut().zip(&scaled) {
-                e.value = (value * self.closed[i] / sum) as f32;
+            for e in own {
+                let set = self.set[e.column as usize];
+                if set != ALONE {
+                    e.value = (f64::from(e.value) * columns[set as usize] * row) as f32;
+                }
             }
         }
         self.correction = columns.iter().map(|c| (c - 1.0).abs()).fold(0.0, f64::max);
+    }
+
+    /// What the scaled entries of a row are multiplied by to sum to what they summed to. What goes to elements in no set
+    /// stays: a room must not lose the view of a facade because few of the facade's rays find its window.
+    fn renormalise(&self, i: usize, columns: &[f64]) -> f64 {
+        let (mut scaled, mut alone) = (0.0, 0.0);
+        for e in self.row(i) {
+            match self.set[e.column as usize] {
+                ALONE => alone += f64::from(e.value),
+                set => scaled += f64::from(e.value) * columns[set as usize],
+            }
+        }
+        if scaled > 0.0 { (self.closed[i] - alone) / scaled } else { 1.0 }
     }
 
     /// What each column lacks within its set.
