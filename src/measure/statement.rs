@@ -103,6 +103,8 @@ impl Stated {
 struct Parts {
     value: f64,
     memory: Memory,
+    /// Variance that the rows leave, as this round's replicas alone tell it.
+    own_rows: f64,
     naive: f64,
     x: f64,
 }
@@ -150,7 +152,7 @@ fn parts(reading: &Readings) -> Parts {
         rows: own(v_rows).and(own(twin_rows * TWIN_AREA)).and(reading.memory.rows),
         design: own(if naive > 0.0 { v_rays / naive } else { 0.0 }).and(reading.memory.design),
     };
-    Parts { value, memory, naive, x: square(&reading.difference()) }
+    Parts { value, memory, own_rows: v_rows, naive, x: square(&reading.difference()) }
 }
 
 /// Variance of well-spread rays against that of as many independent ones, pooled.
@@ -185,7 +187,8 @@ pub(super) fn state(readings: &[Readings], iteration: f64) -> Vec<Stated> {
             let pool = |estimate, freedom| Known { estimate, freedom };
             let design = p.memory.design.and(pool(design_of_grid, POOLED_RAYS));
             let of_rows = p.memory.rows.and(pool(rows_of_grid * scale * scale, POOLED_ROWS));
-            let (rays, rows) = (design.estimate * p.naive, of_rows.estimate);
+            // What is pooled may warn, but not soothe.
+            let (rays, rows) = (design.estimate * p.naive, of_rows.estimate.max(p.own_rows));
             let freedom =
                 (rays + rows).powi(2) / (rays * rays / design.freedom + rows * rows / of_rows.freedom).max(1e-300);
             let t = student(freedom);
