@@ -14,6 +14,7 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use crate::measure::{Display, Method};
 use crate::scene;
 use crate::{Error, Result};
 
@@ -67,6 +68,15 @@ struct SolveArgs {
     /// Report every band, and hold the tolerance in every band.
     #[arg(long)]
     spectral: bool,
+    /// Patches along the longest side; with the classic methods only.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=512))]
+    patches: Option<u32>,
+    /// Shots; with --method progressive only.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    shots: Option<u64>,
+    /// What sensors on a patch show; with the classic methods only [default: gather].
+    #[arg(long, value_enum)]
+    display: Option<DisplayArg>,
     /// Paths per sensor; with --method path-tracing only.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     paths: Option<u64>,
@@ -100,12 +110,63 @@ struct CheckArgs {
 }
 
 /// How to solve.
-#[derive(Clone, Copy, Debug, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum MethodArg {
     /// Sensor-driven radiosity with a final gather: the program chooses all settings.
     Auto,
-    /// The unbiased reference: simple, slow, the judge of the other.
+    /// The unbiased reference: simple, slow, the judge of the others.
     PathTracing,
+    /// Classic: analytic form factors, Gaussian elimination.
+    FullMatrix,
+    /// Classic: analytic form factors, Gauss-Seidel gathering.
+    Gathering,
+    /// Classic: analytic form factors, Southwell shooting.
+    Shooting,
+    /// Classic: shooting with form factors on demand and the ambient term.
+    Progressive,
+    /// Classic: analytic form factors, conjugate gradients.
+    ConjugateGradients,
+    /// Classic: hemicube form factors, gathering.
+    Hemicube,
+    /// Classic: form factors by rays to discs, shooting.
+    Discs,
+}
+
+impl From<MethodArg> for Method {
+    fn from(arg: MethodArg) -> Self {
+        match arg {
+            MethodArg::Auto => Self::Auto,
+            MethodArg::PathTracing => Self::PathTracing,
+            MethodArg::FullMatrix => Self::FullMatrix,
+            MethodArg::Gathering => Self::Gathering,
+            MethodArg::Shooting => Self::Shooting,
+            MethodArg::Progressive => Self::Progressive,
+            MethodArg::ConjugateGradients => Self::ConjugateGradients,
+            MethodArg::Hemicube => Self::Hemicube,
+            MethodArg::Discs => Self::Discs,
+        }
+    }
+}
+
+/// What sensors on a patch show.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum DisplayArg {
+    /// A gather from all patches at the sensor itself.
+    Gather,
+    /// Linear between patches.
+    Bilinear,
+    /// The value of the patch.
+    Constant,
+}
+
+impl From<DisplayArg> for Display {
+    fn from(arg: DisplayArg) -> Self {
+        match arg {
+            DisplayArg::Gather => Self::Gather,
+            DisplayArg::Bilinear => Self::Bilinear,
+            DisplayArg::Constant => Self::Constant,
+        }
+    }
 }
 
 /// A tolerance as `5%` or `0.05`, as a fraction.

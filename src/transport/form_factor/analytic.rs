@@ -97,6 +97,10 @@ impl<'a> Analytic<'a> {
 }
 
 impl Method for Analytic<'_> {
+    fn describe(&self) -> String {
+        "analytic: contour integrals, exact clipping where something stands between".into()
+    }
+
     fn row(&self, i: usize, row: &mut [f64], work: &mut Work) {
         let a = &self.patches[i];
         for (j, f) in row.iter_mut().enumerate() {

@@ -50,6 +50,10 @@ impl Discs<'_> {
 }
 
 impl Method for Discs<'_> {
+    fn describe(&self) -> String {
+        format!("{} discs to a patch", self.per_side * self.per_side)
+    }
+
     fn row(&self, i: usize, row: &mut [f64], work: &mut Work) {
         let p = &self.mesh.list[i];
         let x = self.world.lift(p.centre, p.normal);

@@ -69,6 +69,10 @@ impl Hemicube<'_> {
 }
 
 impl Method for Hemicube<'_> {
+    fn describe(&self) -> String {
+        format!("hemicubes of {} pixels", self.resolution)
+    }
+
     fn row(&self, i: usize, row: &mut [f64], work: &mut Work) {
         let p = &self.mesh.list[i];
         let turn = self.world.surfaces.list[p.surface as usize].axes[0];

@@ -177,7 +177,8 @@ impl FormFactors {
 }
 
 /// Does every ray from every patch land on a patch?
-fn is_closed(world: &World, mesh: &PatchMesh) -> bool {
+#[must_use]
+pub fn is_closed(world: &World, mesh: &PatchMesh) -> bool {
     mesh.list.par_iter().enumerate().all(|(i, p)| {
         looks(world, p, i as u64).all(|ray| patch_hit(world, mesh, &ray, &world.caster.closest(&ray)).is_some())
     })

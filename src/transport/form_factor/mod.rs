@@ -21,7 +21,7 @@ pub use analytic::Analytic;
 pub use contour::exchange_area;
 pub use discs::Discs;
 pub use hemicube::Hemicube;
-pub use matrix::{FormFactors, sees_anything};
+pub use matrix::{FormFactors, is_closed, sees_anything};
 
 use super::direct::DirectScratch;
 
@@ -52,6 +52,9 @@ impl Work {
 
 /// One way to find the form factors of a mesh.
 pub trait Method: Sync {
+    /// What it is, for a record.
+    fn describe(&self) -> String;
+
     /// Fills the row `F_ij` of patch `i`, for all `j`; `row` holds zeros when it begins.
     fn row(&self, i: usize, row: &mut [f64], work: &mut Work);
 
