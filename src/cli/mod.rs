@@ -3,6 +3,7 @@
 //! Results go to standard output, all else to standard error. Exit codes: 0 done; 2 bad input or usage;
 //! 3 done, but fewer than 95 % of some grid's sensors hold the tolerance; 1 anything else.
 
+mod chart;
 mod check;
 mod cpu;
 mod progress;
@@ -14,6 +15,7 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use crate::error::ErrorKind;
 use crate::measure::{Display, Method};
 use crate::scene;
 use crate::{Error, Result};
@@ -44,6 +46,8 @@ Exit codes:
 enum Command {
     /// Compute everything the scene asks for: tables, maps and pictures.
     Solve(SolveArgs),
+    /// Measure speed against accuracy of every method on this scene: table and picture.
+    Chart(ChartArgs),
     /// Find leaks, flipped normals and misplaced sensors before they cost an hour.
     Check(CheckArgs),
     /// Print the JSON Schema of the scene file, for editors.
@@ -107,6 +111,31 @@ struct CheckArgs {
     /// Print the findings as JSON.
     #[arg(long)]
     json: bool,
+}
+
+/// Arguments of `chart`.
+#[derive(Args, Debug)]
+struct ChartArgs {
+    /// The scene file (TOML); its grids are compared, its views are not.
+    scene: PathBuf,
+    /// Folder for the results [default: ./out/<name of the scene file>].
+    #[arg(short, long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Measured points of other programs: a CSV with the columns of chart.csv (method, cpu_s and rms_rel at least).
+    #[arg(long, value_name = "FILE")]
+    peer: Vec<PathBuf>,
+    /// Five repeats, longer ladders, a better reference and a second one: an hour instead of minutes.
+    #[arg(long)]
+    full: bool,
+    /// Threads [default: all processors].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    threads: Option<u32>,
+    /// Seed of all random numbers.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// No progress.
+    #[arg(long)]
+    quiet: bool,
 }
 
 /// How to solve.
@@ -196,10 +225,20 @@ pub fn run() -> ExitCode {
     };
     let outcome = match &cli.command {
         Command::Solve(args) => solve::run(args),
+        Command::Chart(args) => chart::run(args),
         Command::Check(args) => check::run(args),
         Command::Schema => schema(),
     };
     outcome.unwrap_or_else(|e| fail(&e))
+}
+
+/// Threads to work with: as many as asked for, or one for each processor.
+fn pool(threads: Option<u32>) -> Result<rayon::ThreadPool> {
+    let count = threads.map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), |n| n as usize);
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(count)
+        .build()
+        .map_err(|e| Error::new(ErrorKind::Internal, format!("no threads: {e}")))
 }
 
 /// Prints an error and gives its exit code.

@@ -6,7 +6,6 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use super::{MethodArg, SolveArgs, cpu, print, progress};
-use crate::error::ErrorKind;
 use crate::measure::{self, Display, GridResult, Ledger, Measurement, SolveOptions, Status};
 use crate::report::{self, Provenance};
 use crate::scene::{self, Scene};
@@ -21,12 +20,7 @@ const EXIT_NOT_HELD: u8 = 3;
 pub(super) fn run(args: &SolveArgs) -> Result<ExitCode> {
     check_method(args)?;
     let start = Instant::now();
-    let threads =
-        args.threads.map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), |n| n as usize);
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()
-        .map_err(|e| Error::new(ErrorKind::Internal, format!("no threads: {e}")))?;
+    let pool = super::pool(args.threads)?;
     let scene = scene::load(&args.scene)?;
     warn(args, &scene.warnings);
     let measurement = {
@@ -37,7 +31,7 @@ pub(super) fn run(args: &SolveArgs) -> Result<ExitCode> {
     let provenance = Provenance {
         version: env!("CARGO_PKG_VERSION").to_owned(),
         command: std::env::args().collect(),
-        threads,
+        threads: pool.current_num_threads(),
         cpu_s: cpu::seconds(),
         wall_s: start.elapsed().as_secs_f64(),
     };

@@ -23,7 +23,16 @@ pub struct SolveOptions {
 
 impl Default for SolveOptions {
     fn default() -> Self {
-        Self { tolerance: 0.05, method: Method::Auto, spectral: false, seed: 1, paths: None, patches: None, shots: None, display: Display::Gather }
+        Self {
+            tolerance: 0.05,
+            method: Method::Auto,
+            spectral: false,
+            seed: 1,
+            paths: None,
+            patches: None,
+            shots: None,
+            display: Display::Gather,
+        }
     }
 }
 

@@ -100,8 +100,8 @@ fn read_grid(task: &Task<'_>, grid: &Grid, readers: &[Reader<'_>; 2], fine: &Lev
         .map(|sensor| {
             let probe = Probe::new(task.world, sensor);
             let mut work = Work::default();
-            let readings = (probe.status == Status::Ok)
-                .then(|| [0, 1].map(|k: usize| readers[k].read(sensor, &probe, &mut work)));
+            let readings =
+                (probe.status == Status::Ok).then(|| [0, 1].map(|k: usize| readers[k].read(sensor, &probe, &mut work)));
             (probe, readings, (work.all_rays(), work.all_factors()))
         })
         .collect();
@@ -147,19 +147,13 @@ fn stated(pairs: &[[f64; 2]], iteration: f64, ambient: f64) -> Vec<f64> {
     let mean = pairs.iter().map(|p| p[0]).sum::<f64>() / count;
     let scale = |p: &[f64; 2]| p[0].max(0.1 * mean).max(1e-300);
     let square = pairs.iter().map(|p| ((p[0] - p[1]) / scale(p)).powi(2)).sum::<f64>() / count;
-    pairs
-        .iter()
-        .map(|p| (p[0] - p[1]).abs().max(square.sqrt() * scale(p)).hypot(ambient) + iteration * p[0])
-        .collect()
+    pairs.iter().map(|p| (p[0] - p[1]).abs().max(square.sqrt() * scale(p)).hypot(ambient) + iteration * p[0]).collect()
 }
 
 fn describe(task: &Task<'_>, record: &mut Record, patches: u32, fine: &Level, coarse: &Level, work: &Work) {
     let setting = |name: &str, value: String, why: &str| Setting { name: name.into(), value, why: why.into() };
-    let why = if task.options.patches.is_some() {
-        "as asked"
-    } else {
-        "doubled until the stated error of the sensors holds"
-    };
+    let why =
+        if task.options.patches.is_some() { "as asked" } else { "doubled until the stated error of the sensors holds" };
     record.settings.extend([
         setting("patches along the longest side", patches.to_string(), why),
         setting("form factors", fine.solved.closure.clone(), "made reciprocal and closed together"),

@@ -140,13 +140,12 @@ impl System {
     #[must_use]
     pub fn judge(&self, factors: &FormFactors, radiosity: Vec<f64>, iterations: usize) -> Outcome {
         let irradiance = self.irradiance(factors, &radiosity);
-        let rest: Vec<f64> = (0..radiosity.len())
-            .map(|k| self.emitted[k] + self.rho[k] * irradiance[k] - radiosity[k])
-            .collect();
-        let largest = |x: &[f64], band: usize| x.iter().skip(band).step_by(self.bands).fold(0.0f64, |m, x| m.max(x.abs()));
+        let rest: Vec<f64> =
+            (0..radiosity.len()).map(|k| self.emitted[k] + self.rho[k] * irradiance[k] - radiosity[k]).collect();
+        let largest =
+            |x: &[f64], band: usize| x.iter().skip(band).step_by(self.bands).fold(0.0f64, |m, x| m.max(x.abs()));
         let (emitted, open) = (self.emitted_flux(), self.flux(&rest));
-        let mut outcome =
-            Outcome { radiosity, irradiance, iterations, residual: 0.0, unshot: 0.0, bound: 0.0 };
+        let mut outcome = Outcome { radiosity, irradiance, iterations, residual: 0.0, unshot: 0.0, bound: 0.0 };
         for band in 0..self.bands {
             let scale = largest(&outcome.radiosity, band);
             if scale > 0.0 {
@@ -162,8 +161,10 @@ impl System {
     fn check_finite(&self, factors: &FormFactors) -> Result<()> {
         let absorbs = |band: usize| self.rho.iter().skip(band).step_by(self.bands).any(|r| *r < 1.0);
         if factors.closed && !self.is_empty() && (0..self.bands).any(|band| !absorbs(band)) {
-            return Err(Error::impossible("the room is closed and every surface in it reflects everything: the light never goes away")
-                .mend("give at least one surface a reflectance below 1, or open the room"));
+            return Err(Error::impossible(
+                "the room is closed and every surface in it reflects everything: the light never goes away",
+            )
+            .mend("give at least one surface a reflectance below 1, or open the room"));
         }
         Ok(())
     }

@@ -140,11 +140,8 @@ impl<'a, R: ExchangeRows> Shooting<'a, R> {
 
     /// One shot; the patch that shot, or nothing where all is shot.
     pub fn shoot(&mut self) -> Option<usize> {
-        let (i, most) = self
-            .urgency
-            .iter()
-            .enumerate()
-            .fold((0, 0.0), |best, (i, u)| if *u > best.1 { (i, *u) } else { best });
+        let (i, most) =
+            self.urgency.iter().enumerate().fold((0, 0.0), |best, (i, u)| if *u > best.1 { (i, *u) } else { best });
         if most == 0.0 {
             return None;
         }
@@ -155,8 +152,7 @@ impl<'a, R: ExchangeRows> Shooting<'a, R> {
         } else {
             vec![0.0; bands]
         };
-        let shot: Vec<f64> =
-            self.unshot[i * bands..(i + 1) * bands].iter().zip(&extra).map(|(u, e)| u + e).collect();
+        let shot: Vec<f64> = self.unshot[i * bands..(i + 1) * bands].iter().zip(&extra).map(|(u, e)| u + e).collect();
         let row = self.rows.exchange_row(i);
         for (j, x) in row.iter().enumerate() {
             if *x > 0.0 {
@@ -230,12 +226,7 @@ impl<'a, R: ExchangeRows> Shooting<'a, R> {
 }
 
 /// Shoots until the unshot flux cannot change the answer by more than `accuracy`; shots in sweeps, rounded up.
-pub(super) fn to_the_end(
-    system: &System,
-    factors: &FormFactors,
-    accuracy: f64,
-    overshoot: bool,
-) -> (Vec<f64>, usize) {
+pub(super) fn to_the_end(system: &System, factors: &FormFactors, accuracy: f64, overshoot: bool) -> (Vec<f64>, usize) {
     let mut state = Shooting::new(system, factors, overshoot);
     let n = system.len();
     let mut last = f64::INFINITY;
