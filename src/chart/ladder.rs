@@ -2,8 +2,8 @@
 
 use crate::measure::{Display, Method, SolveOptions};
 
-/// Paths of the shortest run.
-pub(super) const LEAST_PATHS: u64 = 64;
+/// Paths of the run that tells how fast paths are traced here.
+pub(super) const LEAST_PATHS: u64 = 1024;
 
 /// One setting of one method.
 #[derive(Clone, Debug)]

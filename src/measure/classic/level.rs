@@ -8,6 +8,7 @@ use crate::error::{Error, Result};
 use crate::mesh::PatchMesh;
 use crate::scene::MaterialKind;
 use crate::solve::dense::{OnDemand, Shooting, Solver, System};
+use crate::transport::World;
 use crate::transport::form_factor::{self, Analytic, Discs, FormFactors, Hemicube, is_closed, sees_anything};
 
 /// Most patches: the matrix of so many takes 128 MB.
@@ -23,6 +24,8 @@ const LOOK: usize = 8;
 /// A solved mesh.
 #[derive(Debug)]
 pub(super) struct Level {
+    /// Side of a patch aimed at, in the program's frame.
+    pub(super) size: f64,
     pub(super) mesh: PatchMesh,
     pub(super) system: System,
     pub(super) solved: Solved,
@@ -76,13 +79,11 @@ impl Level {
         let solved = match task.options.method {
             Method::Progressive => progressive(task, &mesh, &system),
             Method::Hemicube => {
-                // Ten pixels across a patch that is seen from across the room.
-                let resolution = ((20.0 / size).clamp(50.0, 400.0) as usize).next_multiple_of(2);
-                let method = Hemicube { world, mesh: &mesh, resolution };
+                let method = hemicube(world, &mesh, size);
                 by_matrix(task, &mesh, &system, &method, Solver::GaussSeidel, accuracy)?
             }
             Method::Discs => {
-                let method = Discs { world, mesh: &mesh, per_side: DISCS };
+                let method = discs(world, &mesh);
                 by_matrix(task, &mesh, &system, &method, Solver::Southwell, accuracy)?
             }
             Method::FullMatrix => exact(Solver::FullMatrix)?,
@@ -90,8 +91,19 @@ impl Level {
             Method::Shooting => exact(Solver::Southwell)?,
             Method::ConjugateGradients | Method::Auto | Method::PathTracing => exact(Solver::ConjugateGradients)?,
         };
-        Ok(Self { mesh, system, solved })
+        Ok(Self { size, mesh, system, solved })
     }
+}
+
+/// Hemicubes with ten pixels across a patch of a size that is seen from across the room.
+pub(super) fn hemicube<'a>(world: &'a World, mesh: &'a PatchMesh, size: f64) -> Hemicube<'a> {
+    let resolution = ((20.0 / size).clamp(50.0, 400.0) as usize).next_multiple_of(2);
+    Hemicube { world, mesh, resolution }
+}
+
+/// Discs for every source.
+pub(super) fn discs<'a>(world: &'a World, mesh: &'a PatchMesh) -> Discs<'a> {
+    Discs { world, mesh, per_side: DISCS }
 }
 
 fn by_matrix(
