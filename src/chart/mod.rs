@@ -17,7 +17,7 @@ use std::time::Instant;
 
 pub use clock::{Cost, cpu_seconds};
 pub use peer::read as read_peers;
-pub use score::Reference;
+pub use score::{Reading, Reference};
 
 use crate::error::{Error, Result};
 use crate::measure::{Measurement, Method, Progress, Silent, SolveOptions, solve};
@@ -150,7 +150,7 @@ fn reference(scene: &Scene, options: &ChartOptions, plan: &ladder::Plan) -> Resu
     let paths = 1u64 << wanted as u32;
     // A stream of its own: no method may share its luck.
     let measurement = trace(paths, crate::transport::points::seed(&[options.seed, 13]))?;
-    let reference = Reference::new(&measurement, paths);
+    let reference = Reference::new(&measurement, paths, scene.axes);
     if reference.is_empty() {
         return Err(Error::impossible("no sensor of the scene has a reading").mend("`clerestory check` tells why"));
     }

@@ -1,18 +1,38 @@
 //! How far a measurement is from the reference.
 
+use glam::DVec3;
+
 use super::Found;
-use crate::measure::{Measurement, Status};
+use crate::measure::{Measurement, SensorResult, Status};
+use crate::scene::Axes;
 
 /// Two-sided 95 % quantile of Student's t for the 31 degrees of freedom of the path tracer's batches.
 const STUDENT: f64 = 2.0395;
 /// Sensors are compared with their own reading, but with no less than this share of the mean.
 const LEAST_SHARE: f64 = 0.01;
 
+/// What the reference reads at one sensor.
+#[derive(Clone, Debug)]
+pub struct Reading {
+    /// Name of the grid.
+    pub grid: String,
+    /// Number in the grid, from 0.
+    pub point: usize,
+    /// Metres, in the user's axes.
+    pub position: DVec3,
+    /// Unit vector, in the user's axes.
+    pub normal: DVec3,
+    /// Illuminance, lx.
+    pub illuminance_lx: f64,
+    /// Its standard error, lx.
+    pub standard_error_lx: f64,
+}
+
 /// A path-traced measurement to compare with.
 #[derive(Clone, Debug)]
 pub struct Reference {
-    /// Grid, point, illuminance and its standard error, lx; sensors without a reading are left out.
-    pub readings: Vec<(String, usize, f64, f64)>,
+    /// Every sensor with a reading.
+    pub readings: Vec<Reading>,
     /// Mean illuminance, lx.
     pub mean_lx: f64,
     /// Root mean square of the standard errors, over the mean.
@@ -22,15 +42,22 @@ pub struct Reference {
 }
 
 impl Reference {
-    pub(super) fn new(m: &Measurement, paths: u64) -> Self {
+    pub(super) fn new(m: &Measurement, paths: u64, axes: Axes) -> Self {
         let mut readings = Vec::new();
         for grid in &m.grids {
             let lit = grid.sensors.iter().enumerate().filter(|(_, s)| s.status == Status::Ok);
-            readings.extend(lit.map(|(k, s)| (grid.name.clone(), k, s.xyz[1], s.error_lx / STUDENT)));
+            readings.extend(lit.map(|(point, s)| Reading {
+                grid: grid.name.clone(),
+                point,
+                position: axes.to_user(s.position),
+                normal: axes.to_user(s.normal),
+                illuminance_lx: s.xyz[1],
+                standard_error_lx: s.error_lx / STUDENT,
+            }));
         }
         let count = readings.len().max(1) as f64;
-        let mean_lx = readings.iter().map(|r| r.2).sum::<f64>() / count;
-        let square = readings.iter().map(|r| r.3 * r.3).sum::<f64>() / count;
+        let mean_lx = readings.iter().map(|r| r.illuminance_lx).sum::<f64>() / count;
+        let square = readings.iter().map(|r| r.standard_error_lx.powi(2)).sum::<f64>() / count;
         Self { readings, mean_lx, uncertainty: square.sqrt() / mean_lx, paths }
     }
 
@@ -56,8 +83,8 @@ pub(super) struct Score {
 impl Score {
     pub(super) fn new(m: &Measurement, reference: &Reference) -> Self {
         let lit = m.grids.iter().flat_map(|g| g.sensors.iter().filter(|s| s.status == Status::Ok));
-        let pairs: Vec<[f64; 4]> =
-            lit.zip(&reference.readings).map(|(s, r)| [s.xyz[1], s.error_lx, r.2, r.3]).collect();
+        let pair = |s: &SensorResult, r: &Reading| [s.xyz[1], s.error_lx, r.illuminance_lx, r.standard_error_lx];
+        let pairs: Vec<[f64; 4]> = lit.zip(&reference.readings).map(|(s, r)| pair(s, r)).collect();
         Self { found: compare(&pairs, reference) }
     }
 }

@@ -90,12 +90,14 @@ fn row(p: &Point) -> Vec<String> {
 }
 
 fn reference(chart: &Chart) -> Result<Vec<u8>> {
-    let rows = chart
-        .reference
-        .readings
-        .iter()
-        .map(|(grid, point, lux, error)| vec![grid.clone(), point.to_string(), lux.to_string(), error.to_string()]);
-    csv_of(&["grid", "point", "illuminance_lx", "standard_error_lx"], rows)
+    let rows = chart.reference.readings.iter().map(|r| {
+        let mut row = vec![r.grid.clone(), r.point.to_string()];
+        row.extend(r.position.to_array().iter().chain(&r.normal.to_array()).map(f64::to_string));
+        row.extend([r.illuminance_lx.to_string(), r.standard_error_lx.to_string()]);
+        row
+    });
+    let header = ["grid", "point", "x_m", "y_m", "z_m", "nx", "ny", "nz", "illuminance_lx", "standard_error_lx"];
+    csv_of(&header, rows)
 }
 
 /// Colours that stay apart for colour-blind eyes (after Okabe and Ito 2008) and the forms that go with them.
@@ -350,12 +352,7 @@ mod tests {
         Chart {
             title: "Room".into(),
             sensors: 4,
-            reference: Reference {
-                readings: vec![("g".into(), 0, 10.0, 0.1)],
-                mean_lx: 10.0,
-                uncertainty: 0.01,
-                paths: 64,
-            },
+            reference: Reference { readings: Vec::new(), mean_lx: 10.0, uncertainty: 0.01, paths: 64 },
             points: vec![good, failed],
             threads: 2,
             notes: Vec::new(),

@@ -7,7 +7,7 @@ use super::super::options::{Display, Method};
 use super::super::probe::{Probe, surface_below};
 use super::level::{self, Level};
 use crate::scene::Sensor;
-use crate::transport::form_factor::{Analytic, Discs, Hemicube, Work};
+use crate::transport::form_factor::{Analytic, Discs, Hemicube, Work, askew};
 use crate::transport::{direct, points::seed};
 
 /// Irradiance of a sensor, W/(m² nm), band by band.
@@ -73,7 +73,7 @@ impl<'a> Reader<'a> {
             }
             Eye::Hemicube(hemicube) => {
                 let mut row = vec![0.0; patches.len()];
-                hemicube.at_point(x, normal, normal.any_orthonormal_vector(), &mut row, work);
+                hemicube.at_point(x, normal, askew(normal.any_orthonormal_vector(), normal), &mut row, work);
                 self.sum(row.into_iter())
             }
             Eye::Discs(discs) => {

@@ -128,30 +128,37 @@ impl<'a, R: ExchangeRows> Shooting<'a, R> {
             shots: 0,
         };
         for i in 0..system.len() {
-            state.urgency[i] = state.urgency_of(i);
+            state.urgency[i] = state.urgency_of(i, &[]);
         }
         state
     }
 
-    fn urgency_of(&self, i: usize) -> f64 {
-        let own = &self.unshot[i * self.system.bands..(i + 1) * self.system.bands];
-        self.system.areas[i] * own.iter().zip(&self.weights).map(|(u, w)| u.abs() * w).sum::<f64>()
+    /// Flux that the patch would shoot, as a share of what is emitted; with an ambient term its return is shot as well.
+    fn urgency_of(&self, i: usize, ambient: &[f64]) -> f64 {
+        let bands = self.system.bands;
+        let shot = |band: usize| {
+            let k = i * bands + band;
+            (self.unshot[k] + self.system.rho[k] * ambient.get(band).copied().unwrap_or(0.0)).abs()
+        };
+        self.system.areas[i] * (0..bands).map(|b| shot(b) * self.weights[b]).sum::<f64>()
     }
 
     /// One shot; the patch that shot, or nothing where all is shot.
     pub fn shoot(&mut self) -> Option<usize> {
-        let (i, most) =
-            self.urgency.iter().enumerate().fold((0, 0.0), |best, (i, u)| if *u > best.1 { (i, *u) } else { best });
+        let bands = self.system.bands;
+        let ambient = if self.overshoot { self.ambient() } else { vec![0.0; bands] };
+        if self.overshoot {
+            for i in 0..self.system.len() {
+                self.urgency[i] = self.urgency_of(i, &ambient);
+            }
+        }
+        let higher = |best: (usize, f64), (i, u): (usize, &f64)| if *u > best.1 { (i, *u) } else { best };
+        let (i, most) = self.urgency.iter().enumerate().fold((0, 0.0), higher);
         if most == 0.0 {
             return None;
         }
-        let bands = self.system.bands;
-        let extra: Vec<f64> = if self.overshoot {
-            let own = &self.system.rho[i * bands..(i + 1) * bands];
-            self.ambient().iter().zip(own).map(|(u, r)| u * r).collect()
-        } else {
-            vec![0.0; bands]
-        };
+        let own = &self.system.rho[i * bands..(i + 1) * bands];
+        let extra: Vec<f64> = ambient.iter().zip(own).map(|(u, r)| u * r).collect();
         let shot: Vec<f64> = self.unshot[i * bands..(i + 1) * bands].iter().zip(&extra).map(|(u, e)| u + e).collect();
         let row = self.rows.exchange_row(i);
         for (j, x) in row.iter().enumerate() {
@@ -171,7 +178,7 @@ impl<'a, R: ExchangeRows> Shooting<'a, R> {
         for band in 0..bands {
             self.unshot[i * bands + band] = -extra[band];
         }
-        self.urgency[i] = self.urgency_of(i);
+        self.urgency[i] = self.urgency_of(i, &[]);
         self.shots += 1;
         Some(i)
     }
@@ -252,7 +259,7 @@ pub(super) fn to_the_end(system: &System, factors: &FormFactors, accuracy: f64, 
     (state.radiosity, state.shots.div_ceil(n.max(1)))
 }
 
-/// Is no patch left with unshot radiosity of more than `accuracy` of the band's largest, taking all its shooters together?
+/// Has no patch unshot radiosity of more than `accuracy` of the band's largest?
 fn settled(system: &System, unshot: &[f64], radiosity: &[f64], accuracy: f64) -> bool {
     let bands = system.bands;
     let mut largest = vec![(0.0f64, 0.0f64); bands];

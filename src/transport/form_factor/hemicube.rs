@@ -75,9 +75,15 @@ impl Method for Hemicube<'_> {
 
     fn row(&self, i: usize, row: &mut [f64], work: &mut Work) {
         let p = &self.mesh.list[i];
-        let turn = self.world.surfaces.list[p.surface as usize].axes[0];
-        self.at_point(self.world.lift(p.centre, p.normal), p.normal, turn, row, work);
+        let axis = self.world.surfaces.list[p.surface as usize].axes[0];
+        self.at_point(self.world.lift(p.centre, p.normal), p.normal, askew(axis, p.normal), row, work);
     }
+}
+
+/// An axis in the plane of a normal, turned so that rows of pixels do not run along the edges of a rectangular room.
+#[must_use]
+pub fn askew(axis: DVec3, normal: DVec3) -> DVec3 {
+    axis * 0.3f64.cos() + normal.cross(axis) * 0.3f64.sin()
 }
 
 /// The patch that a ray landed on.

@@ -20,7 +20,7 @@ mod shaft;
 pub use analytic::Analytic;
 pub use contour::exchange_area;
 pub use discs::Discs;
-pub use hemicube::Hemicube;
+pub use hemicube::{Hemicube, askew};
 pub use matrix::{FormFactors, is_closed, sees_anything};
 
 use super::direct::DirectScratch;
