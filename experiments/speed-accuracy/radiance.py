@@ -5,8 +5,8 @@
     python3 radiance.py REFERENCE.csv PEER.csv
 
 REFERENCE.csv is the reference.csv that `clerestory chart scene.toml` writes: the same points, the same truth. Radiance
-gets the same polygons, reflectances and luminance (179 lm/W at its border). Every setting is run three times; processor
-time (of oconv and rtrace together) and errors are medians.
+gets the same polygons, reflectances and luminance (179 lm/W at its border). Every setting is run three times, one that
+takes more than ten seconds once; processor time (of oconv and rtrace together) and errors are medians.
 """
 
 import csv
@@ -32,13 +32,13 @@ REPEATS = 3
 
 # From coarse to fine: the manual's advice for -ab, -ad, -as, -aa, -ar going together, and the last without a cache.
 LADDER = [
-    "-ab 2 -ad 256 -as 64 -aa .3 -ar 64",
-    "-ab 3 -ad 512 -as 128 -aa .2 -ar 128",
+    "-ab 2 -ad 128 -as 32 -aa .3 -ar 32",
+    "-ab 3 -ad 256 -as 64 -aa .25 -ar 64",
+    "-ab 4 -ad 512 -as 128 -aa .2 -ar 128",
     "-ab 5 -ad 1024 -as 256 -aa .15 -ar 256",
-    "-ab 6 -ad 2048 -as 512 -aa .1 -ar 512",
-    "-ab 8 -ad 4096 -as 1024 -aa .05 -ar 1024",
-    "-ab 6 -ad 64 -aa 0 -lw 1e-3",
-    "-ab 8 -ad 512 -aa 0 -lw 1e-4",
+    "-ab 6 -ad 64 -aa 0 -lw 2e-3",
+    "-ab 8 -ad 256 -aa 0 -lw 5e-4",
+    "-ab 8 -ad 1024 -aa 0 -lw 1e-4",
 ]
 ALWAYS = "-I -h -dj 0.7 -ds 0.02 -dt 0 -dc 1 -dr 0 -st 1"
 
@@ -119,7 +119,9 @@ def main():
         writer = csv.DictWriter(file, columns)
         writer.writeheader()
         for setting in LADDER:
-            runs = [run(folder, setting, points) for _ in range(REPEATS)]
+            runs = []
+            while len(runs) < REPEATS and (not runs or runs[0][1] < 10.0):
+                runs.append(run(folder, setting, points))
             found = [errors(r[0], truth, standard_errors) for r in runs]
             row = {"method": "Radiance rtrace", "setting": setting}
             for k, column in ((1, "cpu_s"), (2, "wall_s"), (3, "peak_mem_mb")):
