@@ -9,7 +9,7 @@ use super::gather::{Field, Gatherer, REPLICAS, SetSums, Solved};
 use super::options::{Progress, SolveOptions};
 use super::probe::Probe;
 use super::result::Status;
-use super::statement::{Readings, Stated, state};
+use super::statement::{Memory, Readings, Stated, state};
 use crate::error::Result;
 use crate::mesh::{ElementKey, Elements};
 use crate::scene::{Grid, Scene};
@@ -26,6 +26,9 @@ const DEMAND_RAYS: u32 = 64;
 const MAX_ROUNDS: usize = 10;
 /// Rays of one set of one sensor, at most.
 const MAX_SET_RAYS: u32 = 1 << 16;
+/// How much further the rays of a sensor go on as paths when its elements hide too much, and how many more it takes.
+const FURTHER: f64 = 4.0;
+const PATHS_WANT: f64 = 2.0;
 /// Elements of a mesh, at most; and beyond this number none is refined: what does not hold then is told.
 const MAX_ELEMENTS: usize = 2_000_000;
 const REFINED_ELEMENTS: usize = 200_000;
@@ -49,6 +52,8 @@ pub(super) struct SensorState {
     sums: Vec<SetSums>,
     done: u32,
     wanted: u32,
+    /// Distance within which its rays go on as paths, in the program's frame; never less than an element's size.
+    near: f64,
     /// Illuminance: X, Y, Z, and what is stated of Y.
     pub(super) xyz: [f64; 3],
     /// Illuminance without diffuse reflection.
@@ -60,6 +65,8 @@ pub(super) struct SensorState {
     pub(super) y: Stated,
     /// Every band, when asked for.
     pub(super) bands: Vec<Stated>,
+    /// What earlier rounds told of the noise: Y, then the bands.
+    memory: Vec<Memory>,
 }
 
 /// What the loop settled on.
@@ -77,6 +84,14 @@ pub(super) struct Adapted {
     /// Rays per sensor: smallest and largest.
     pub(super) sensor_rays: (u32, u32),
     pub(super) accuracy: f64,
+}
+
+/// What sensors and pixels ask for first.
+struct Demand {
+    /// Surface, side, place on it.
+    landings: Vec<(usize, bool, DVec2)>,
+    /// Median distance of what the sensors see, in the program's frame.
+    reach: f64,
 }
 
 /// A scene with its tolerance, ready to be worked on.
@@ -103,9 +118,10 @@ impl Task<'_> {
 
     /// Solves, judges and refines until the tolerance holds or nothing more can be done.
     pub(super) fn refine(&self) -> Result<Adapted> {
-        let mut size = self.first_size();
         let mut timings = Vec::new();
         let mut grids = self.prepare();
+        let demand = self.demand(&grids);
+        let mut size = self.first_size(&demand);
         let (mut rays, mut factors) = (0, 0);
         let mut solved: Option<(Solved, Solved, Rows)> = None;
         let mut round = 0;
@@ -116,7 +132,7 @@ impl Task<'_> {
                 None => {
                     let start = Instant::now();
                     self.progress.stage(&format!("round {round}: elements and rows"), 0);
-                    let fresh = self.solve_at(size, &grids)?;
+                    let fresh = self.solve_at(size, &demand)?;
                     rays += fresh.2.rays_cast;
                     factors += fresh.2.factors;
                     grids.iter_mut().flatten().for_each(|s| s.restart(self.optics.pad));
@@ -151,15 +167,17 @@ impl Task<'_> {
                     accuracy,
                 });
             }
-            if plan == Plan::MoreRays {
+            if plan == Plan::Gather {
                 solved = Some((main, twin, rows));
             }
         }
     }
 
-    /// First element size, in the program's frame: a 24th of the scene at 5 %, finer for less.
-    fn first_size(&self) -> f64 {
-        let wanted = (self.options.tolerance / 0.05).powf(0.4).clamp(0.1, 2.0) / 24.0;
+    /// First element size, in the program's frame: at 5 % a 24th of the scene, or an eighth of the distance at which
+    /// sensors meet surfaces where that is less; finer for less.
+    fn first_size(&self, demand: &Demand) -> f64 {
+        let wanted = (self.options.tolerance / 0.05).powf(0.4).clamp(0.1, 2.0);
+        let wanted = wanted * (1.0 / 24.0f64).min(demand.reach / 8.0);
         let area: f64 = self.world.surfaces.list.iter().map(|s| s.area).sum();
         // Pictures show every contact: there the rays of finer elements cost less than the paths of near hits.
         let wanted = if self.scene.views.is_empty() { wanted } else { 0.5 * wanted };
@@ -199,12 +217,14 @@ impl Task<'_> {
                         sums: (0..REPLICAS).map(|_| SetSums::new(pad, REPLICAS, true)).collect(),
                         done: 0,
                         wanted: first,
+                        near: 0.0,
                         xyz: [0.0; 3],
                         direct_y: 0.0,
                         glowing: world.glowing(),
                         reflected_y: 0.0,
                         y: Stated::default(),
                         bands: Vec::new(),
+                        memory: Vec::new(),
                     }
                 })
                 .collect()
@@ -213,11 +233,11 @@ impl Task<'_> {
     }
 
     /// Meshes at `size` and twice that, asked for by the sensors and pixels, with their solutions.
-    fn solve_at(&self, size: f64, grids: &[Vec<SensorState>]) -> Result<(Solved, Solved, Rows)> {
-        let demand = self.demand(grids);
+    fn solve_at(&self, size: f64, demand: &Demand) -> Result<(Solved, Solved, Rows)> {
         let build = |size: f64, purpose: u64| -> Result<(Solved, Rows)> {
             let mut mesh = Elements::new(&self.world.surfaces, size);
-            let keys: Vec<ElementKey> = demand.par_iter().map(|(s, front, uv)| mesh.key_at(*s, *front, *uv)).collect();
+            let keys: Vec<ElementKey> =
+                demand.landings.par_iter().map(|(s, front, uv)| mesh.key_at(*s, *front, *uv)).collect();
             for key in keys {
                 mesh.make(&self.world.surfaces, key);
             }
@@ -239,24 +259,24 @@ impl Task<'_> {
     }
 
     /// Where the first rays of the sensors and of some pixels land.
-    fn demand(&self, grids: &[Vec<SensorState>]) -> Vec<(usize, bool, DVec2)> {
-        let sensors: Vec<(u64, &Probe)> = grids
-            .iter()
-            .flatten()
-            .enumerate()
-            .filter(|(_, s)| s.probe.status == Status::Ok)
-            .map(|(i, s)| (i as u64, &s.probe))
-            .collect();
+    fn demand(&self, grids: &[Vec<SensorState>]) -> Demand {
+        let probes = grids.iter().flatten().map(|s| &s.probe);
+        let sensors: Vec<&Probe> = probes.filter(|p| p.status == Status::Ok).collect();
         let from_sensors: Vec<Vec<_>> = sensors
             .par_iter()
+            .enumerate()
             .map(|(i, p)| {
-                let points = Points::new(seed(&[self.options.seed, stream::SENSOR, *i]));
+                let points = Points::new(seed(&[self.options.seed, stream::SENSOR, i as u64]));
                 (0..DEMAND_RAYS).filter_map(|k| self.landing(p.position, p.normal, &points, k)).collect()
             })
             .collect();
-        let from_views: Vec<Vec<_>> =
-            self.scene.views.iter().map(|v| super::view::demand(self.world, self.optics, v, self)).collect();
-        from_sensors.into_iter().chain(from_views).flatten().collect()
+        let distance = |p: &Probe, (surface, _, uv): &(usize, bool, DVec2)| {
+            self.world.surfaces.list[*surface].point(*uv).distance(p.position)
+        };
+        let distances = sensors.iter().zip(&from_sensors).flat_map(|(p, l)| l.iter().map(|l| distance(p, l)));
+        let reach = if from_sensors.is_empty() { 1.0 } else { super::statement::median(distances.collect()) };
+        let from_views = self.scene.views.iter().map(|v| super::view::demand(self.world, self.optics, v, self));
+        Demand { landings: from_sensors.into_iter().chain(from_views).flatten().collect(), reach }
     }
 
     /// Where a gather ray lands.
@@ -302,8 +322,19 @@ impl Task<'_> {
                     || Gatherer::new(&field),
                     |gatherer, (i, s)| {
                         let before = (gatherer.cast + gatherer.scratch.rays, gatherer.scratch.factors);
+                        gatherer.trust = s.near.max(main.mesh.size);
                         for a in 0..REPLICAS {
-                            let parts = [self.options.seed, stream::SENSOR, g as u64, i as u64, a as u64];
+                            // Each mesh is read by rays of its own: what one round took for noise, the next tells anew.
+                            let mesh = main.mesh.size.to_bits();
+                            let parts = [
+                                self.options.seed,
+                                stream::SENSOR,
+                                mesh,
+                                s.near.to_bits(),
+                                g as u64,
+                                i as u64,
+                                a as u64,
+                            ];
                             let range = (s.done, s.wanted);
                             gatherer.gather(s.probe.position, s.probe.normal, seed(&parts), range, &mut s.sums[a]);
                         }
@@ -348,46 +379,56 @@ impl Task<'_> {
         }
     }
 
-    /// Decides what to refine.
+    /// Decides what to refine: rays of sensors whose own noise fails them; for the others the mesh, or how far their
+    /// rays go on as paths, whichever is cheaper.
     fn plan(&self, grids: &mut [Vec<SensorState>], size: &mut f64, elements: usize) -> Plan {
         let tolerance = self.options.tolerance;
         let open: Vec<Vec<usize>> = grids.iter().map(|g| open_quantities(g, tolerance)).collect();
         if open.iter().all(Vec::is_empty) {
             return Plan::Stop;
         }
-        let (mut failing, mut blames_mesh, mut more_rays) = (0, 0, 0);
-        let mut ratios = Vec::new();
+        let rays = |s: &SensorState| REPLICAS as f64 * f64::from(s.wanted);
+        let all_rays: f64 = grids.iter().flatten().filter(|s| s.probe.status == Status::Ok).map(rays).sum();
+        let mut again = false;
+        let mut blaming = Vec::new();
         for (s, quantities) in grids.iter_mut().zip(&open).flat_map(|(g, q)| g.iter_mut().map(move |s| (s, q))) {
             let Some(worst) = s.worst(quantities, tolerance) else { continue };
-            failing += 1;
             let excess = worst.error / (tolerance * worst.scale);
             if worst.rays >= worst.rows.max(worst.mesh) {
-                // Noise of a well-spread set falls nearly as n^-0.75.
-                let factor = (excess.powf(1.5).ceil() as u32).next_power_of_two().clamp(2, 16);
-                let wanted = s.done.saturating_mul(factor).min(MAX_SET_RAYS);
-                more_rays += u32::from(wanted > s.wanted);
-                s.wanted = wanted;
+                again |= s.ask_rays(excess);
             } else {
-                blames_mesh += 1;
-                ratios.push(excess);
+                blaming.push((s, excess));
             }
         }
-        let finer = 2 * elements <= REFINED_ELEMENTS;
-        if finer && blames_mesh * 4 >= failing || (more_rays == 0 && finer && blames_mesh > 0) {
-            let excess = super::statement::median(ratios);
-            let bold = excess > 1.6 && 4 * elements <= REFINED_ELEMENTS;
-            *size /= if bold { 2.0 } else { std::f64::consts::SQRT_2 };
-            return Plan::FinerMesh;
+        let excess = super::statement::median(blaming.iter().map(|b| b.1).collect());
+        let bold = excess > 1.6 && 4 * elements <= REFINED_ELEMENTS;
+        let growth = if bold { 4.0 } else { 2.0 };
+        // In rays: those of the elements and their coarse twins, each with its direct light, and all sensors anew.
+        let cost_of_mesh = 2.0 * 1.25 * growth * (elements * ROW_RAYS) as f64 + all_rays;
+        let cost_of_paths: f64 = blaming.iter().map(|(s, _)| 2.0 * PATHS_WANT * rays(s)).sum();
+        let may_refine = 2 * elements <= REFINED_ELEMENTS;
+        let further = (!may_refine || cost_of_paths < cost_of_mesh)
+            && blaming.iter_mut().fold(false, |any, (s, _)| s.look_further(*size, self.optics.pad) || any);
+        if may_refine && !further && !blaming.is_empty() {
+            *size /= growth.sqrt();
+            grids.iter_mut().flatten().for_each(|s| s.remember_mesh(1.0 / growth));
+            return Plan::Mesh;
         }
-        if more_rays > 0 { Plan::MoreRays } else { Plan::Stop }
+        if !further && !again {
+            return Plan::Stop;
+        }
+        grids.iter_mut().flatten().filter(|s| s.done > 0 && s.wanted > s.done).for_each(SensorState::remember_rays);
+        Plan::Gather
     }
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Plan {
     Stop,
-    MoreRays,
-    FinerMesh,
+    /// More rays, or rays that go further, in the same solution.
+    Gather,
+    /// A finer mesh, and everything anew.
+    Mesh,
 }
 
 /// Number of lit sensors of a grid that hold the tolerance, in the quantity (Y, or a band) where the fewest do.
@@ -412,6 +453,51 @@ impl SensorState {
     fn restart(&mut self, pad: usize) {
         self.sums.iter_mut().for_each(|s| *s = SetSums::new(pad, REPLICAS, true));
         self.done = 0;
+    }
+
+    /// Wants more rays for an error `excess` times too large. `false`: it has as many as may be.
+    fn ask_rays(&mut self, excess: f64) -> bool {
+        // Noise of a well-spread set falls nearly as n^-0.75.
+        let factor = (excess.powf(1.5).ceil() as u32).next_power_of_two().clamp(2, 16);
+        let before = self.wanted;
+        self.wanted = self.done.saturating_mul(factor).min(MAX_SET_RAYS);
+        self.wanted > before
+    }
+
+    /// Lets rays go on as paths from further away, and begins anew: that trades what elements of size `size` hide for
+    /// noise of rays. `false`: all go on already.
+    fn look_further(&mut self, size: f64, pad: usize) -> bool {
+        let near = self.near.max(size);
+        if near >= 1.0 {
+            return false;
+        }
+        self.near = FURTHER * near;
+        self.wanted = ((f64::from(self.wanted) * PATHS_WANT) as u32).min(MAX_SET_RAYS);
+        self.restart(pad);
+        let keep = |m: &Memory| Memory { design: m.design.scaled(1.0), ..Memory::default() };
+        self.memory = self.all_stated().map(|s| keep(&s.memory)).collect();
+        true
+    }
+
+    /// Keeps what this round told, for one with finer elements, whose area is `area` times what it was.
+    fn remember_mesh(&mut self, area: f64) {
+        let keep = |m: &Memory| Memory { rows: m.rows.scaled(area), design: m.design.scaled(1.0) };
+        self.memory = self.all_stated().map(|s| keep(&s.memory)).collect();
+    }
+
+    /// Keeps what this round told, for one with more rays in the same solution.
+    fn remember_rays(&mut self) {
+        let rows: Vec<_> = (0..=self.bands.len()).map(|q| self.memory(q).rows).collect();
+        let design = self.all_stated().map(|s| s.memory.design.scaled(1.0));
+        self.memory = design.zip(rows).map(|(design, rows)| Memory { rows, design }).collect();
+    }
+
+    fn all_stated(&self) -> impl Iterator<Item = &Stated> {
+        std::iter::once(&self.y).chain(&self.bands)
+    }
+
+    fn memory(&self, quantity: usize) -> Memory {
+        self.memory.get(quantity).copied().unwrap_or_default()
     }
 
     fn stated(&self, quantity: usize) -> &Stated {
@@ -480,7 +566,7 @@ impl SensorState {
     }
 
     fn readings_y(&self, optics: &Optics) -> Readings {
-        let mut r = Readings::default();
+        let mut r = Readings { memory: self.memory(0), ..Readings::default() };
         let (mut mean, mut square) = (0.0, 0.0);
         for a in 0..REPLICAS {
             let direct = self.direct_xyz(optics, a)[1];
@@ -497,7 +583,7 @@ impl SensorState {
     }
 
     fn readings(&self, optics: &Optics, band: usize) -> Readings {
-        let mut r = Readings::default();
+        let mut r = Readings { memory: self.memory(1 + band), ..Readings::default() };
         let (mut mean, mut square) = (0.0, 0.0);
         for a in 0..REPLICAS {
             let direct = self.direct_band(optics, a, band);

@@ -171,6 +171,8 @@ pub(super) struct Gatherer<'a> {
     rays: Vec<Ray>,
     hits: Vec<Hit>,
     pub(super) cast: u64,
+    /// Distance from which on a first landing may read its element, in the program's frame.
+    pub(super) trust: f64,
     /// Rays of which the first landing was too near to trust the element.
     pub(super) near: u64,
 }
@@ -195,6 +197,7 @@ impl<'a> Gatherer<'a> {
             rays: Vec::new(),
             hits: Vec::new(),
             cast: 0,
+            trust: field.main.mesh.size,
             near: 0,
         }
     }
@@ -334,7 +337,8 @@ impl<'a> Gatherer<'a> {
             let s = &world.surfaces.list[surface as usize];
             let uv = s.uv(point);
             let element = field.main.mesh.find(field.main.mesh.key_at(surface as usize, front, uv));
-            if distance >= field.main.mesh.size && element != NO_ELEMENT {
+            let trust = if bounce == 0 { self.trust } else { field.main.mesh.size };
+            if distance >= trust && element != NO_ELEMENT {
                 let twin = field.twin.map_or(NO_ELEMENT, |t| t.mesh.find(t.mesh.key_at(surface as usize, front, uv)));
                 return (End::Element { main: element, twin }, plain);
             }

@@ -13,11 +13,15 @@ use super::gather::REPLICAS;
 
 /// Degrees of freedom lent by the grid to the noise of a sensor's rays, and to that of the rows. The latter is small
 /// on purpose: row noise of neighbours is correlated, so many sensors do not give many degrees of freedom.
-const POOLED_RAYS: f64 = 12.0;
+const POOLED_RAYS: f64 = 6.0;
 const POOLED_ROWS: f64 = 3.0;
 const OWN: f64 = REPLICAS as f64 - 1.0;
 /// Median of a squared standard normal: turns a median of squares into a mean square.
 const MEDIAN_SQUARE: f64 = 0.455;
+/// Well-spread rays are never much noisier than independent ones; four sets can make them seem so.
+const WORST_DESIGN: f64 = 4.0;
+/// Area of an element over that of its twin's.
+const TWIN_AREA: f64 = 0.25;
 /// Rounding of single-precision rays and sums, relative.
 const ROUNDING: f64 = 2e-6;
 
@@ -30,6 +34,40 @@ pub(super) struct Readings {
     pub(super) twin: [[f64; REPLICAS]; REPLICAS],
     /// Naive variance of the mean: what independent rays would give.
     pub(super) naive: f64,
+    /// What earlier rounds told of the noise.
+    pub(super) memory: Memory,
+}
+
+/// What rounds before this one told of the noise of a sensor.
+///
+/// Four replicas alone tell a variance with three degrees of freedom: often far too small, and a loop that stops as
+/// soon as the error looks small enough would stop on just those.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Memory {
+    /// Variance that the rows leave. It goes with the area of an element.
+    pub(super) rows: Known,
+    /// Variance of well-spread rays against that of as many independent ones. It falls with their number.
+    pub(super) design: Known,
+}
+
+/// A mean square, and the degrees of freedom with which it is known.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Known {
+    estimate: f64,
+    freedom: f64,
+}
+
+impl Known {
+    fn and(self, other: Self) -> Self {
+        let freedom = self.freedom + other.freedom;
+        let sum = self.freedom * self.estimate + other.freedom * other.estimate;
+        Self { estimate: if freedom > 0.0 { sum / freedom } else { 0.0 }, freedom }
+    }
+
+    /// What it tells of a round in which it should be `factor` times as large; trusted by half, as that law is rough.
+    pub(super) fn scaled(self, factor: f64) -> Self {
+        Self { estimate: self.estimate * factor, freedom: 0.5 * self.freedom }
+    }
 }
 
 /// The value of one sensor, and the parts of its error (95 % half-widths).
@@ -43,6 +81,8 @@ pub(super) struct Stated {
     pub(super) rows: f64,
     /// What the mesh hides.
     pub(super) mesh: f64,
+    /// What this round and those before tell of the noise.
+    pub(super) memory: Memory,
     /// What the error is to be compared with: the value, or a tenth of the grid's mean if that is more.
     pub(super) scale: f64,
 }
@@ -56,10 +96,15 @@ impl Stated {
 
 struct Parts {
     value: f64,
-    v_rays: f64,
-    v_rows: f64,
+    memory: Memory,
     naive: f64,
     x: f64,
+}
+
+impl Parts {
+    fn v_rays(&self) -> f64 {
+        self.memory.design.estimate * self.naive
+    }
 }
 
 fn crossed(m: &[[f64; REPLICAS]; REPLICAS]) -> (f64, f64, f64) {
@@ -76,14 +121,22 @@ fn parts(reading: &Readings) -> Parts {
     let difference: [[f64; REPLICAS]; REPLICAS] =
         std::array::from_fn(|a| std::array::from_fn(|b| reading.main[a][b] - reading.twin[a][b]));
     let (d, d_rays, d_rows) = crossed(&difference);
-    Parts { value, v_rays, v_rows, naive: reading.naive, x: d * d - d_rays - d_rows }
+    let (_, _, twin_rows) = crossed(&reading.twin);
+    let own = |estimate: f64| Known { estimate, freedom: OWN };
+    // The square of a mean, taken from another mean, can come out much too small.
+    let naive = reading.naive.max(v_rays / WORST_DESIGN);
+    let memory = Memory {
+        rows: own(v_rows).and(own(twin_rows * TWIN_AREA)).and(reading.memory.rows),
+        design: own(if naive > 0.0 { v_rays / naive } else { 0.0 }).and(reading.memory.design),
+    };
+    Parts { value, memory, naive, x: d * d - d_rays - d_rows }
 }
 
 /// Variance of well-spread rays against that of as many independent ones, pooled.
 pub(super) fn design_effect(readings: &[Readings]) -> f64 {
     let (own, naive) = readings.iter().map(parts).fold((0.0, 0.0), |(v, n), p| {
         let scale = p.value * p.value;
-        if scale > 0.0 { (v + p.v_rays / scale, n + p.naive / scale) } else { (v, n) }
+        if scale > 0.0 { (v + p.v_rays() / scale, n + p.naive / scale) } else { (v, n) }
     });
     if naive > 0.0 { own / naive } else { 0.0 }
 }
@@ -98,9 +151,8 @@ pub(super) fn state(readings: &[Readings], iteration: f64) -> Vec<Stated> {
         parts.iter().zip(&scales).map(|(p, s)| if *s > 0.0 { f(p) / (s * s) } else { 0.0 }).collect()
     };
     let sum = |v: &[f64]| v.iter().sum::<f64>();
-    let (v_rays, naive) = (relative(&|p| p.v_rays), relative(&|p| p.naive));
-    let design_effect = if sum(&naive) > 0.0 { sum(&v_rays) / sum(&naive) } else { 0.0 };
-    let rows_of_grid = sum(&relative(&|p| p.v_rows)) / count;
+    let design_of_grid = sum(&relative(&Parts::v_rays)) / sum(&relative(&|p| p.naive)).max(1e-300);
+    let rows_of_grid = sum(&relative(&|p| p.memory.rows.estimate)) / count;
     let x = relative(&|p| p.x);
     let floor = (median(x.iter().map(|x| x.max(0.0)).collect()) / MEDIAN_SQUARE).min(sum(&x) / count);
     parts
@@ -108,10 +160,12 @@ pub(super) fn state(readings: &[Readings], iteration: f64) -> Vec<Stated> {
         .zip(&scales)
         .zip(&x)
         .map(|((p, scale), x)| {
-            let rays = (POOLED_RAYS * design_effect * p.naive + OWN * p.v_rays) / (POOLED_RAYS + OWN);
-            let rows = (POOLED_ROWS * rows_of_grid * scale * scale + OWN * p.v_rows) / (POOLED_ROWS + OWN);
-            let freedom = (rays + rows).powi(2)
-                / (rays * rays / (POOLED_RAYS + OWN) + rows * rows / (POOLED_ROWS + OWN)).max(1e-300);
+            let pool = |estimate, freedom| Known { estimate, freedom };
+            let design = p.memory.design.and(pool(design_of_grid, POOLED_RAYS));
+            let of_rows = p.memory.rows.and(pool(rows_of_grid * scale * scale, POOLED_ROWS));
+            let (rays, rows) = (design.estimate * p.naive, of_rows.estimate);
+            let freedom =
+                (rays + rows).powi(2) / (rays * rays / design.freedom + rows * rows / of_rows.freedom).max(1e-300);
             let t = student(freedom);
             let mesh = x.max(floor).max(0.0).sqrt() * scale;
             let noise = t * t * (rays + rows);
@@ -121,6 +175,7 @@ pub(super) fn state(readings: &[Readings], iteration: f64) -> Vec<Stated> {
                 rays: t * rays.sqrt(),
                 rows: t * rows.sqrt(),
                 mesh,
+                memory: p.memory,
                 scale: *scale,
             }
         })
@@ -165,14 +220,14 @@ mod tests {
 
     #[test]
     fn equal_replicas_state_rounding_alone() {
-        let r = Readings { main: [[5.0; 4]; 4], twin: [[5.0; 4]; 4], naive: 0.0 };
+        let r = Readings { main: [[5.0; 4]; 4], twin: [[5.0; 4]; 4], ..Readings::default() };
         let s = state(&[r; 10], 0.0);
         assert!(s.iter().all(|s| s.value == 5.0 && s.error <= 5.0 * ROUNDING + 1e-12), "{:?}", s[0]);
     }
 
     #[test]
     fn normal_noise_is_covered_at_its_level() {
-        // Additive noise of rays (by set) and rows (by solution); the truth is 1. 2,000 sensors in grids of 50.
+        // Additive noise of rays (by set) and rows (by solution, twice as much in the twin); the truth is 1. 2,000 sensors in grids of 50.
         let mut state_of = 1u64;
         let mut normal = || {
             // Sum of twelve uniforms: kurtosis -0.1, good enough for a level of 95 %.
@@ -188,10 +243,10 @@ mod tests {
         for _ in 0..40 {
             let readings: Vec<Readings> = (0..50)
                 .map(|_| {
-                    let (a, b): ([f64; 4], [f64; 4]) =
-                        (std::array::from_fn(|_| 0.02 * normal()), std::array::from_fn(|_| 0.01 * normal()));
-                    let main = std::array::from_fn(|i| std::array::from_fn(|j| 1.0 + a[i] + b[j]));
-                    Readings { main, twin: main, naive: 0.02f64.powi(2) / 4.0 }
+                    let mut noise = |sd: f64| -> [f64; 4] { std::array::from_fn(|_| sd * normal()) };
+                    let (a, b, c) = (noise(0.02), noise(0.01), noise(0.02));
+                    let read = |b: [f64; 4]| std::array::from_fn(|i| std::array::from_fn(|j| 1.0 + a[i] + b[j]));
+                    Readings { main: read(b), twin: read(c), naive: 0.02f64.powi(2) / 4.0, memory: Memory::default() }
                 })
                 .collect();
             for s in state(&readings, 0.0) {
