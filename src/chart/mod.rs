@@ -171,6 +171,13 @@ fn second_reference(scene: &Scene, options: &ChartOptions, reference: &Reference
     ))
 }
 
+/// One run: what it cost, what was found, and its rays and form factors.
+struct Run {
+    cost: Cost,
+    found: Found,
+    counts: [Option<u64>; 2],
+}
+
 /// One rung, repeated; medians of all figures.
 fn climb(
     scene: &Scene,
@@ -187,7 +194,7 @@ fn climb(
         clock::settle();
         let (outcome, cost) = clock::timed(|| solve(scene, &settings, &Silent));
         match outcome {
-            Ok(m) => runs.push((cost, Score::new(&m, reference), counts(&m))),
+            Ok(m) => runs.push(Run { cost, found: Score::new(&m, reference).found, counts: counts(&m) }),
             Err(e) => {
                 return Point {
                     method: method.into(),
@@ -203,28 +210,28 @@ fn climb(
             break;
         }
     }
-    let median = |f: &dyn Fn(&(Cost, Score, [Option<u64>; 2])) -> f64| {
+    let median = |f: &dyn Fn(&Run) -> f64| {
         let mut values: Vec<f64> = runs.iter().map(f).collect();
         values.sort_by(f64::total_cmp);
         values[values.len() / 2]
     };
     let found = Found {
-        rms: median(&|r| r.1.found.rms),
-        bias: median(&|r| r.1.found.bias),
-        p95: median(&|r| r.1.found.p95),
-        largest: median(&|r| r.1.found.largest),
-        stated_p95: runs[0].1.found.stated_p95.map(|_| median(&|r| r.1.found.stated_p95.unwrap_or(0.0))),
-        coverage: runs[0].1.found.coverage.map(|_| median(&|r| r.1.found.coverage.unwrap_or(0.0))),
-        resolved: runs.iter().filter(|r| r.1.found.resolved).count() * 2 > runs.len(),
+        rms: median(&|r| r.found.rms),
+        bias: median(&|r| r.found.bias),
+        p95: median(&|r| r.found.p95),
+        largest: median(&|r| r.found.largest),
+        stated_p95: runs[0].found.stated_p95.map(|_| median(&|r| r.found.stated_p95.unwrap_or(0.0))),
+        coverage: runs[0].found.coverage.map(|_| median(&|r| r.found.coverage.unwrap_or(0.0))),
+        resolved: runs.iter().filter(|r| r.found.resolved).count() * 2 > runs.len(),
     };
     Point {
         method: method.into(),
         setting: rung.setting.clone(),
-        cpu_s: median(&|r| r.0.cpu_s),
-        wall_s: median(&|r| r.0.wall_s),
-        rays: runs[0].2[0],
-        form_factors: runs[0].2[1],
-        peak_mem_mb: runs.iter().filter_map(|r| r.0.peak_mem_mb).reduce(f64::max),
+        cpu_s: median(&|r| r.cost.cpu_s),
+        wall_s: median(&|r| r.cost.wall_s),
+        rays: runs[0].counts[0],
+        form_factors: runs[0].counts[1],
+        peak_mem_mb: runs.iter().filter_map(|r| r.cost.peak_mem_mb).reduce(f64::max),
         found: Some(found),
         note: String::new(),
     }

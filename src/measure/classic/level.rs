@@ -158,7 +158,7 @@ fn progressive(task: &Task<'_>, mesh: &PatchMesh, system: &System) -> Solved {
     loop {
         let enough = match task.options.shots {
             Some(most) => state.shots() as u64 >= most,
-            None => state.shots() % LOOK == 0 && state.unshot() < task.options.tolerance,
+            None => state.shots().is_multiple_of(LOOK) && state.unshot() < task.options.tolerance,
         };
         if enough || state.shoot().is_none() {
             break;

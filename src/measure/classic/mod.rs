@@ -92,20 +92,28 @@ fn read_all(task: &Task<'_>, fine: &Level, coarse: &Level, work: &mut Work) -> V
     task.scene.grids.iter().map(|grid| read_grid(task, grid, &readers, fine, work)).collect()
 }
 
+/// A sensor read on both meshes, and the work of it.
+struct Read {
+    status: Status,
+    readings: Option<[Reading; 2]>,
+    rays: u64,
+    factors: u64,
+}
+
 fn read_grid(task: &Task<'_>, grid: &Grid, readers: &[Reader<'_>; 2], fine: &Level, work: &mut Work) -> GridResult {
-    let read: Vec<(Probe, Option<[Reading; 2]>, (u64, u64))> = grid
+    let read: Vec<Read> = grid
         .sensors
         .par_iter()
         .with_min_len(4)
         .map(|sensor| {
             let probe = Probe::new(task.world, sensor);
             let mut work = Work::default();
-            let readings =
-                (probe.status == Status::Ok).then(|| [0, 1].map(|k: usize| readers[k].read(sensor, &probe, &mut work)));
-            (probe, readings, (work.all_rays(), work.all_factors()))
+            let lit = probe.status == Status::Ok;
+            let readings = lit.then(|| [0, 1].map(|k: usize| readers[k].read(sensor, &probe, &mut work)));
+            Read { status: probe.status, readings, rays: work.all_rays(), factors: work.all_factors() }
         })
         .collect();
-    let readings: Vec<&[Reading; 2]> = read.iter().filter_map(|r| r.1.as_ref()).collect();
+    let readings: Vec<&[Reading; 2]> = read.iter().filter_map(|r| r.readings.as_ref()).collect();
     let luminous = |x: &[f64]| task.optics.bands.xyz(x)[1];
     let ambient = luminous(&fine.solved.ambient).abs();
     let pairs: Vec<[f64; 2]> = readings.iter().map(|r| [luminous(&r[0].whole()), luminous(&r[1].whole())]).collect();
@@ -119,11 +127,11 @@ fn read_grid(task: &Task<'_>, grid: &Grid, readers: &[Reader<'_>; 2], fine: &Lev
         }));
     }
     let mut sensors = Vec::with_capacity(read.len());
-    for (sensor, (probe, readings, counts)) in grid.sensors.iter().zip(&read) {
-        work.rays += counts.0;
-        work.factors += counts.1;
-        let mut result = SensorResult::new(sensor, probe.status);
-        if let Some([fine, _]) = readings {
+    for (sensor, read) in grid.sensors.iter().zip(&read) {
+        work.rays += read.rays;
+        work.factors += read.factors;
+        let mut result = SensorResult::new(sensor, read.status);
+        if let Some([fine, _]) = &read.readings {
             let whole = fine.whole();
             result.xyz = task.optics.bands.xyz(&whole);
             result.error_lx = y.next().unwrap_or(f64::INFINITY);

@@ -36,7 +36,7 @@ fn eliminate(system: &System, factors: &FormFactors, band: usize) -> Result<Vec<
     for k in 0..n {
         let (above, below) = rows.split_at_mut(k + 1);
         let pivot = &above[k][k..];
-        if !(pivot[0] > 0.0) {
+        if pivot[0] <= 0.0 || pivot[0].is_nan() {
             return Err(Error::impossible("the light of the room never goes away: its equations have no solution"));
         }
         let bk = b[k];

@@ -239,10 +239,10 @@ pub(super) fn to_the_end(system: &System, factors: &FormFactors, accuracy: f64, 
     let mut last = f64::INFINITY;
     let mut grew = 0;
     while state.shots < MOST_SWEEPS * n {
-        if state.shots % LOOK == 0 && settled(system, &state.unshot, &state.radiosity, accuracy) {
+        if state.shots.is_multiple_of(LOOK) && settled(system, &state.unshot, &state.radiosity, accuracy) {
             break;
         }
-        if overshoot && state.shots % n.max(1) == 0 {
+        if overshoot && state.shots.is_multiple_of(n.max(1)) {
             // More unshot after a sweep than before, twice: overshooting does not pay here.
             let now = state.unshot();
             grew = if now > last { grew + 1 } else { 0 };

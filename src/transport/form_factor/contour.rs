@@ -60,7 +60,7 @@ fn extent(polygon: &[DVec3]) -> f64 {
 fn edge_pair(p: [DVec3; 2], q: [DVec3; 2], scale: f64) -> f64 {
     let lengths = [(p[1] - p[0]).length(), (q[1] - q[0]).length()];
     let cosine = (p[1] - p[0]).dot(q[1] - q[0]) / (lengths[0] * lengths[1]);
-    if !(cosine.abs() > 1e-15) {
+    if cosine.abs() <= 1e-15 || cosine.is_nan() {
         return 0.0; // perpendicular, or without length
     }
     // The shorter edge is the smoother one to step along.
