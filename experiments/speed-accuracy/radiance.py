@@ -35,10 +35,8 @@ LADDER = [
     "-ab 2 -ad 128 -as 32 -aa .3 -ar 32",
     "-ab 3 -ad 256 -as 64 -aa .25 -ar 64",
     "-ab 4 -ad 512 -as 128 -aa .2 -ar 128",
-    "-ab 5 -ad 1024 -as 256 -aa .15 -ar 256",
     "-ab 6 -ad 64 -aa 0 -lw 2e-3",
     "-ab 8 -ad 256 -aa 0 -lw 5e-4",
-    "-ab 8 -ad 1024 -aa 0 -lw 1e-4",
 ]
 ALWAYS = "-I -h -dj 0.7 -ds 0.02 -dt 0 -dc 1 -dr 0 -st 1"
 
@@ -130,6 +128,7 @@ def main():
                 row[column] = statistics.median(f[column] for f in found)
             row["resolved"] = found[0]["resolved"]
             writer.writerow(row)
+            file.flush()
             print(f"{setting}: {row['cpu_s']:.2f} s, RMS {100 * row['rms_rel']:.2f} %, bias {100 * row['mbe_rel']:+.2f} %")
 
 
