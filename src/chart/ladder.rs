@@ -77,9 +77,9 @@ impl Plan {
                 ("full-matrix, bilinear", classic(Method::FullMatrix, Display::Bilinear)),
             ],
             repeats: if full { 5 } else { 3 },
-            patience_s: 4.0,
+            patience_s: 3.0,
             longest_s: 15.0,
-            reference_s: if full { 600.0 } else { 75.0 },
+            reference_s: if full { 600.0 } else { 50.0 },
         }
     }
 }

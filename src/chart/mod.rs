@@ -5,8 +5,8 @@
 //! setting, with the time it took, the error it made and the error it stated.
 //!
 //! What is compared is the illuminance of all sensors that have a reading. Errors are fractions of the mean of the
-//! reference ([`Point::rms`], [`Point::bias`]) or of each sensor's own reading, but of no less than a hundredth of the mean
-//! ([`Point::p95`], [`Point::largest`]).
+//! reference ([`Found::rms`], [`Found::bias`]) or of each sensor's own reading, but of no less than a hundredth of the mean
+//! ([`Found::p95`], [`Found::largest`]).
 
 mod clock;
 mod ladder;
