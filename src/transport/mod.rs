@@ -7,6 +7,7 @@ mod bvh;
 pub mod caster;
 mod chain;
 mod direct;
+pub mod form_factor;
 mod glass;
 mod kernel;
 mod optics;
@@ -15,7 +16,7 @@ mod rows;
 mod world;
 
 pub use chain::{Fork, Landing, Tint, follow};
-pub use direct::{DirectScratch, direct, transmittance_to};
+pub use direct::{DirectScratch, direct, transmittance_to, visible_factor};
 pub use glass::Pane;
 pub use optics::Optics;
 pub use rows::{Replica, RowSettings, Rows, Target};
