@@ -9,7 +9,8 @@ use clerestory::solve::dense::{Shooting, Solver, System};
 use clerestory::transport::World;
 use clerestory::transport::form_factor::{Analytic, Discs, FormFactors, Hemicube, Work, sees_anything};
 use common::{
-    Build, Cover, assert_balanced, assert_near, assert_ratio, at, cube, diffuse, furnished, lit, lux, mirror, solve,
+    Build, Cover, assert_balanced, assert_near, assert_ratio, at, cube, diffuse, furnished, furnished_below, lit, lux,
+    mirror, solve,
 };
 use glam::DVec3;
 
@@ -52,7 +53,8 @@ fn room() -> Scene {
 
 #[test]
 fn rows_of_an_occluded_room_sum_to_one_before_any_balance() {
-    let world = World::new(&room());
+    // The lamp well below the ceiling: rows of patches in a narrow gap are a matter of their own.
+    let world = World::new(&furnished_below(2.1).0);
     let mesh = mesh(&world, 0.8);
     let mut factors = FormFactors::new(&world, &mesh, &Analytic::new(&world, &mesh));
     assert!(factors.closed);
