@@ -100,8 +100,27 @@ fn a_broken_obj_names_line_and_mend() {
 }
 
 #[test]
-fn a_sky_is_known_but_not_built() {
-    refused(OBJ, &format!("{TOML}[sky]\nmodel = \"cie-overcast\"\n"), &["s.toml:8:", "not supported in this version"]);
+fn a_sun_that_cannot_shine_is_refused_with_its_line() {
+    let sky = "[sky]\nmodel = \"cie-clear\"\nhorizontal_illuminance_lx = 1e4\n";
+    let site = |longitude: &str, time: &str| {
+        format!("{TOML}{sky}[site]\nlatitude_deg = 52.5\nlongitude_deg = {longitude}\ntime = \"{time}\"\n")
+    };
+    refused(OBJ, &format!("{TOML}{sky}"), &["s.toml:8:", "where the sun stands", "[site]"]);
+    let night = site("13.4", "2026-03-21T23:00:00+01:00");
+    refused(OBJ, &night, &["s.toml:13:", "not above the horizon", "between sunrise and sunset"]);
+    // Berlin with the sign of its longitude wrong, on its own clock.
+    let wrong_sign = site("-73.9", "2026-03-21T12:00:00+01:00");
+    refused(OBJ, &wrong_sign, &["s.toml:12:", "hours apart", "wrong sign"]);
+    let nowhere = format!("{TOML}{sky}[site]\ntime = \"2026-03-21T12:00:00+01:00\"\n");
+    refused(OBJ, &nowhere, &["s.toml:10:", "no place", "latitude_deg"]);
+    let set_twice = format!(
+        "{TOML}{sky}sun_altitude_deg = 30\nsun_azimuth_deg = 180\n[site]\nlatitude_deg = 52.5\nlongitude_deg = 13.4\ntime = \"2026-03-21T12:00:00Z\"\n"
+    );
+    refused(OBJ, &set_twice, &["s.toml:10:", "placed twice"]);
+    let perez = format!("{TOML}[sky]\nmodel = \"perez\"\nsun_altitude_deg = 30\nsun_azimuth_deg = 180\n");
+    refused(OBJ, &perez, &["s.toml:8:", "wants direct and diffuse light", "weather file"]);
+    let dark = format!("{TOML}[sky]\nmodel = \"cie-overcast\"\n");
+    refused(OBJ, &dark, &["s.toml:8:", "horizontal_illuminance_lx"]);
 }
 
 #[test]

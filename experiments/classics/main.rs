@@ -65,6 +65,7 @@ impl Build {
             name: format!("m{k}"),
             kind: MaterialKind::Diffuse { front: SpectralValue::Grey(0.5), back: SpectralValue::Grey(0.5) },
             emission: None,
+            outside: false,
         };
         Self {
             scene: Scene {
@@ -75,6 +76,7 @@ impl Build {
                 bands: BandMode::Grey,
                 grids: Vec::new(),
                 views: Vec::new(),
+                daytime: None,
                 axes: Axes::ZUp,
                 inputs: Vec::new(),
                 warnings: Vec::new(),

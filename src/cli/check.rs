@@ -7,11 +7,13 @@ use serde_json::json;
 
 use super::{CheckArgs, print};
 use crate::Result;
+use crate::light::Daylight;
 use crate::scene::{self, Diagnostic, Scene, Severity};
 
 /// Reads, checks, and says what was found. Errors among the findings are exit code 2.
 pub(super) fn run(args: &CheckArgs) -> Result<ExitCode> {
     let scene = scene::load(&args.scene)?;
+    Daylight::new(&scene)?;
     let found = scene::check(&scene);
     print(&if args.json { json(&scene, &found) } else { text(&scene, &found) })?;
     let bad = found.iter().any(|d| d.severity == Severity::Error);

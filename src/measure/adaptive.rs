@@ -16,7 +16,7 @@ use crate::scene::{Grid, Scene};
 use crate::solve;
 use crate::transport::caster::Ray;
 use crate::transport::points::{Points, seed};
-use crate::transport::{Fork, Landing, Optics, RowSettings, Rows, Tint, World, cosine_direction, follow};
+use crate::transport::{Fork, Landing, LightPart, Optics, RowSettings, Rows, Tint, World, cosine_direction, follow};
 
 /// Rays of an element, over all replicas: refined by size, never by more rays.
 const ROW_RAYS: usize = 32;
@@ -56,8 +56,12 @@ pub(super) struct SensorState {
     near: f64,
     /// Illuminance: X, Y, Z, and what is stated of Y.
     pub(super) xyz: [f64; 3],
-    /// Illuminance without diffuse reflection.
+    /// Illuminance without diffuse reflection: of emitters, of the sun, of the sky.
     pub(super) direct_y: f64,
+    pub(super) sun_y: f64,
+    pub(super) sky_y: f64,
+    /// Illuminance that last left the ground or an outside surface.
+    pub(super) external_y: f64,
     /// Gather rays bring emission too; `direct` is for the report alone.
     glowing: bool,
     /// The rest of it.
@@ -196,13 +200,13 @@ impl Task<'_> {
             grid.sensors
                 .par_iter()
                 .enumerate()
-                .map_init(crate::transport::DirectScratch::default, |scratch, (i, sensor)| {
+                .map_init(crate::transport::DirectScratch::fine, |scratch, (i, sensor)| {
                     let probe = Probe::new(world, sensor);
                     let mut direct = Vec::new();
                     if probe.status == Status::Ok {
                         for a in 0..REPLICAS {
                             let sample = seed(&[self.options.seed, stream::SHADOW, g as u64, i as u64, a as u64]);
-                            let mut f = vec![0.0; world.emitters.groups()];
+                            let mut f = vec![0.0; world.groups()];
                             let before = scratch.rays;
                             crate::transport::direct(world, probe.position, probe.normal, sample, scratch, &mut f);
                             direct.push(f);
@@ -220,6 +224,9 @@ impl Task<'_> {
                         near: 0.0,
                         xyz: [0.0; 3],
                         direct_y: 0.0,
+                        sun_y: 0.0,
+                        sky_y: 0.0,
+                        external_y: 0.0,
                         glowing: world.glowing(),
                         reflected_y: 0.0,
                         y: Stated::default(),
@@ -538,12 +545,19 @@ impl SensorState {
 
     fn measure_xyz(&mut self, optics: &Optics) {
         self.xyz = [0.0; 3];
-        self.direct_y = 0.0;
+        (self.direct_y, self.sun_y, self.sky_y, self.external_y) = (0.0, 0.0, 0.0, 0.0);
         self.reflected_y = 0.0;
         let share = 1.0 / REPLICAS as f64;
         for a in 0..REPLICAS {
             let direct = self.direct_xyz(optics, a);
-            self.direct_y += share * direct[1];
+            let factors = &self.direct[a % self.direct.len()];
+            let part = |part| share * optics.lux_of_direct(factors, part);
+            let (in_mirrors, outside) = self.sums[a].outside_y();
+            self.direct_y += part(LightPart::Lamps);
+            self.sun_y += part(LightPart::Sun);
+            self.sky_y += part(LightPart::Sky) + share * in_mirrors;
+            self.external_y += part(LightPart::Ground) + share * outside;
+            self.reflected_y -= share * (in_mirrors + outside);
             for b in 0..REPLICAS {
                 let reflected = self.sums[a].xyz(b, optics, false);
                 self.reflected_y += share * share * reflected[1];

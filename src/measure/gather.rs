@@ -11,7 +11,10 @@ use crate::mesh::{Elements, NO_ELEMENT};
 use crate::solve::Solution;
 use crate::transport::caster::{Hit, MISS, Ray};
 use crate::transport::points::{Points, seed};
-use crate::transport::{DirectScratch, Fork, Landing, Optics, Tint, World, cosine_direction, direct, follow};
+use crate::transport::{
+    DirectScratch, Fork, Landing, Optics, Tint, World, chance_weight, cosine_direction, direct, direct_parts, follow,
+    through_panes,
+};
 
 /// Independent ray sets, and independent solutions to look up.
 pub(super) const REPLICAS: usize = 4;
@@ -100,6 +103,9 @@ pub(super) struct SetSums {
     square_y: f64,
     square_bands: Vec<f64>,
     squared: u32,
+    /// Y of rays that saw the sky in a mirror first, and of those that met the ground there or an outside surface first.
+    seen_sky_y: f64,
+    external_y: f64,
 }
 
 impl SetSums {
@@ -116,6 +122,8 @@ impl SetSums {
             square_y: 0.0,
             square_bands: vec![0.0; pad],
             squared: 0,
+            seen_sky_y: 0.0,
+            external_y: 0.0,
         }
     }
 
@@ -148,6 +156,12 @@ impl SetSums {
         xyz
     }
 
+    /// Illuminance by way of the sky in mirrors, and by what lies outside, before any other reflection.
+    pub(super) fn outside_y(&self) -> (f64, f64) {
+        let n = f64::from(self.rays.max(1));
+        (self.seen_sky_y / n, self.external_y / n)
+    }
+
     /// Mean square of a ray's Y.
     pub(super) fn mean_square_y(&self) -> f64 {
         self.square_y / f64::from(self.rays.max(1))
@@ -175,6 +189,16 @@ pub(super) struct Gatherer<'a> {
     pub(super) trust: f64,
     /// Rays of which the first landing was too near to trust the element.
     pub(super) near: u64,
+    /// What the ray met first.
+    first: First,
+}
+
+/// What a ray met first, behind mirrors and panes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum First {
+    Inside,
+    Sky,
+    External,
 }
 
 /// Where a ray's light is looked up at last.
@@ -193,18 +217,19 @@ impl<'a> Gatherer<'a> {
             tint: Tint::new(pad),
             throughput: vec![1.0; pad],
             value: vec![0.0; pad],
-            factors: vec![0.0; field.world.emitters.groups()],
+            factors: vec![0.0; field.world.groups()],
             rays: Vec::new(),
             hits: Vec::new(),
             cast: 0,
             trust: field.main.mesh.size,
             near: 0,
+            first: First::Inside,
         }
     }
 
     /// Direct irradiance per unit exitance of every group, apart from what the gather rays bring.
     pub(super) fn direct(&mut self, x: DVec3, normal: DVec3, sample: u64) -> Vec<f64> {
-        let mut out = vec![0.0; self.field.world.emitters.groups()];
+        let mut out = vec![0.0; self.field.world.groups()];
         if !self.field.world.glowing() {
             direct(self.field.world, x, normal, sample, &mut self.scratch, &mut out);
         }
@@ -276,6 +301,11 @@ impl<'a> Gatherer<'a> {
         if !plain || wants_squares {
             y += dot(&self.value, &self.field.optics.xyz[1]);
         }
+        match self.first {
+            First::Inside => {}
+            First::Sky => sums.seen_sky_y += f64::from(y),
+            First::External => sums.external_y += f64::from(y),
+        }
         if !self.field.spectral {
             sums.square_y += f64::from(y) * f64::from(y);
         } else if wants_squares {
@@ -312,6 +342,8 @@ impl<'a> Gatherer<'a> {
         let field = self.field;
         let (world, optics) = (field.world, field.optics);
         let mut plain = true;
+        let mut vertex = None;
+        self.first = First::Inside;
         for bounce in 0..MAX_BOUNCES {
             self.tint.reset();
             let choice = if world.has_glass() { points.get(k, 4 * bounce + 4) } else { 0.5 };
@@ -322,13 +354,23 @@ impl<'a> Gatherer<'a> {
                 }
                 // Only the first ray can tell that the point itself is covered; later ones slipped under an edge.
                 Landing::Covered if bounce == 0 => return (End::Covered, true),
+                Landing::Escaped { direction, mirrored } => {
+                    let weight = match vertex {
+                        _ if mirrored => 1.0,
+                        // The start of all has its exact direct light already.
+                        None => return (End::Dark, plain),
+                        Some(vertex) => chance_weight(world, vertex, direction),
+                    };
+                    self.dim(&mut plain);
+                    self.add_background(direction, weight, bounce == 0, &mut plain);
+                    return (End::Dark, plain);
+                }
                 _ => return (End::Dark, plain),
             };
-            if self.tint.scale != 1.0 || self.tint.coloured {
-                self.spoil(&mut plain);
-                for (band, t) in self.throughput.iter_mut().enumerate() {
-                    *t *= self.tint.share(band);
-                }
+            self.dim(&mut plain);
+            if bounce == 0 && world.is_outside(surface) {
+                self.first = First::External;
+                self.spoil(&mut plain); // so that its own Y is known
             }
             let glowing = world.glowing();
             if mirrored && !glowing {
@@ -366,7 +408,14 @@ impl<'a> Gatherer<'a> {
             if !glowing {
                 self.factors.fill(0.0);
                 let shadow = seed(&[stream, u64::from(k), u64::from(bounce)]);
-                direct(world, x, normal, shadow, &mut self.scratch, &mut self.factors);
+                direct_parts(world, (x, normal), shadow, false, &mut self.scratch, &mut self.factors);
+                // One ray is enough of the sky: the vertex is one of many.
+                let place =
+                    (points.get(k, 4 * bounce + 6), points.get(k, 4 * bounce + 7), points.get(k, 4 * bounce + 8));
+                if let Some((group, factor)) = through_panes(world, (x, normal), place, &mut self.cast) {
+                    self.factors[group] += factor;
+                }
+                vertex = Some((x, normal));
                 for (factor, m) in self.factors.iter().zip(&optics.exitance) {
                     add_product(&mut self.value, m, &self.throughput, *factor as f32);
                 }
@@ -377,6 +426,26 @@ impl<'a> Gatherer<'a> {
             self.cast += 1;
         }
         (End::Dark, plain)
+    }
+
+    /// Takes what mirrors and panes took.
+    fn dim(&mut self, plain: &mut bool) {
+        if self.tint.scale != 1.0 || self.tint.coloured {
+            self.spoil(plain);
+            for (band, t) in self.throughput.iter_mut().enumerate() {
+                *t *= self.tint.share(band);
+            }
+        }
+    }
+
+    /// Adds sky or ground as the ray sees them.
+    fn add_background(&mut self, direction: DVec3, weight: f64, is_first: bool, plain: &mut bool) {
+        let Some((group, light)) = self.field.world.background(direction) else { return };
+        if is_first {
+            self.first = if direction.z < 0.0 { First::External } else { First::Sky };
+        }
+        self.spoil(plain);
+        add_product(&mut self.value, &self.field.optics.exitance[group], &self.throughput, (weight * light) as f32);
     }
 
     /// Adds what the surface emits.

@@ -1,19 +1,27 @@
 //! Where the light went: every line is summed on its own, and then they must close.
 
+use std::f64::consts::{PI, TAU};
+
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::gather::Solved;
 use super::result::Ledger;
+use crate::light::sun::disc;
 use crate::mesh::{NO_ELEMENT, sample_polygon};
 use crate::transport::caster::Ray;
 use crate::transport::points::{Points, seed};
-use crate::transport::{Fork, Landing, Optics, Tint, World, cosine_direction, follow};
+use crate::transport::{Fork, Landing, Optics, SUN, Tint, World, cosine_direction, follow, sun_direction};
 
 /// Two-sided 99 % quantile of Student's t for the three degrees of freedom of four replicas: an open balance is to be a
 /// bug, not bad luck.
 const STUDENT_99: f64 = 5.841;
 /// Rays from each group of emitters, in each set.
 const RAYS: u32 = 1 << 15;
+/// Rays from the sky and the ground together, and from the sun, in each set.
+const SKY_RAYS: u32 = 1 << 15;
+/// Radius of the sphere about a scene of size one.
+const RADIUS: f64 = 0.5;
 
 /// What became of the light that leaves the emitters, before any diffuse reflection, by band.
 struct Emitted {
@@ -30,18 +38,23 @@ pub(super) fn balance(world: &World, optics: &Optics, solved: &Solved, seed_of_r
     let solution = &solved.solution;
     let sets: Vec<Emitted> =
         (0..solution.replicas).into_par_iter().map(|r| shoot(world, optics, solved, &areas, seed_of_run, r)).collect();
+    let entered: Vec<Vec<f64>> = (0..solution.replicas)
+        .into_par_iter()
+        .map(|r| daylight_entering(world, optics, solved, seed(&[seed_of_run, 6, r as u64])))
+        .collect();
     let mut ledger = Ledger::default();
     for band in 0..n {
-        let emitted: f64 = areas.iter().zip(&optics.exitance).map(|(a, m)| a * f64::from(m[band])).sum();
+        let lamps: f64 = areas.iter().zip(&optics.exitance).map(|(a, m)| a * f64::from(m[band])).sum();
         let replicas = solution.replicas as f64;
         let mean = |f: &dyn Fn(usize) -> f64| (0..solution.replicas).map(f).sum::<f64>() / replicas;
         let absorbed = |r: usize| solution.absorbed[r][band] + solution.lost[r][band] + sets[r].lost[band];
         let escaped = |r: usize| solution.escaped[r][band] + sets[r].escaped[band];
         let unexpanded = |r: usize| sets[r].unexpanded[band];
-        let closing = |r: usize| emitted - absorbed(r) - escaped(r) - unexpanded(r);
+        let emitted = |r: usize| lamps + entered[r][band];
+        let closing = |r: usize| emitted(r) - absorbed(r) - escaped(r) - unexpanded(r);
         let centre = mean(&closing);
         let variance = mean(&|r| (closing(r) - centre).powi(2)) * replicas / (replicas - 1.0).max(1.0);
-        ledger.emitted.push(emitted * unit);
+        ledger.emitted.push(mean(&emitted) * unit);
         ledger.absorbed.push(mean(&absorbed) * unit);
         ledger.escaped.push(mean(&escaped) * unit);
         ledger.unexpanded.push(mean(&unexpanded) * unit);
@@ -89,7 +102,7 @@ fn shoot(world: &World, optics: &Optics, solved: &Solved, areas: &[f64], seed_of
                 continue;
             }
             let fate = match landing {
-                Landing::Escaped => Some(&mut out.escaped),
+                Landing::Escaped { .. } => Some(&mut out.escaped),
                 Landing::Surface { surface, front, point, .. } => {
                     let uv = world.surfaces.list[surface as usize].uv(point);
                     let key = solved.mesh.key_at(surface as usize, front, uv);
@@ -106,6 +119,53 @@ fn shoot(world: &World, optics: &Optics, solved: &Solved, areas: &[f64], seed_of
         }
     }
     out
+}
+
+/// Flux of sky, ground and sun that arrives on the elements, by band: parallel rays from all directions upon the sphere
+/// about the scene. It shares nothing with the integrals that made the elements' direct light.
+fn daylight_entering(world: &World, optics: &Optics, solved: &Solved, stream: u64) -> Vec<f64> {
+    let n = optics.bands.len();
+    let mut entered = vec![0.0; n];
+    let Some(light) = world.daylight() else { return entered };
+    let points = Points::new(stream);
+    let mut tint = Tint::new(optics.pad);
+    let mut shoot = |direction: DVec3, k: u32, group: usize, irradiance: f64, allow_mirrors: bool| {
+        let (a, b) = points.pair(k, 2);
+        // A cosine-distributed direction lies over a uniform point of the disc.
+        let above = cosine_direction(direction, a, b);
+        let on_disc = above - direction * above.dot(direction);
+        let ray = Ray::new((on_disc + direction) * RADIUS, -direction);
+        let hit = world.caster.closest(&ray);
+        tint.reset();
+        let landing = follow(world, optics, ray, hit, Fork::Chance(points.get(k, 5)), &mut tint, &mut 0);
+        let Landing::Surface { surface, front, point, mirrored, .. } = landing else { return };
+        let key = solved.mesh.key_at(surface as usize, front, world.surfaces.list[surface as usize].uv(point));
+        if (mirrored && !allow_mirrors) || solved.mesh.find(key) == NO_ELEMENT {
+            return;
+        }
+        let flux = irradiance * PI * RADIUS * RADIUS / f64::from(SKY_RAYS);
+        for (band, sum) in entered.iter_mut().enumerate() {
+            *sum += flux * f64::from(optics.exitance[group][band]) * f64::from(tint.share(band));
+        }
+    };
+    for k in 0..SKY_RAYS {
+        let (a, b) = points.pair(k, 0);
+        let height = 2.0 * a - 1.0;
+        let direction = (DVec2::from_angle(TAU * b) * (1.0 - height * height).sqrt()).extend(height);
+        if let Some((group, weight)) = world.background(direction) {
+            // 4π of directions, each with the radiance weight/π.
+            shoot(direction, k, group, 4.0 * weight, true);
+        }
+    }
+    if let Some(sun) = light.sun {
+        let disc = disc(sun);
+        for k in 0..SKY_RAYS {
+            let (a, b) = points.pair(k, 6);
+            // Mirror images of the sun are left out of the elements' light too.
+            shoot(sun_direction(&disc, a, b), k, optics.lamps + SUN, 1.0, false);
+        }
+    }
+    entered
 }
 
 /// Adds a share of a ray's flux, band by band.

@@ -19,7 +19,8 @@ use crate::scene::{Grid, Sensor};
 use crate::transport::caster::Ray;
 use crate::transport::points::{Points, seed};
 use crate::transport::{
-    DirectScratch, Fork, Kind, Landing, Optics, Tint, World, cosine_direction, follow, transmittance_to,
+    DirectScratch, Fork, Kind, Landing, LightPart, Optics, SUN, Tint, World, chance_weight, cosine_direction, follow,
+    sun_direction, through_panes, transmittance_out, transmittance_to,
 };
 
 /// Independent batches.
@@ -27,8 +28,9 @@ const BATCHES: usize = 32;
 /// Bounces after which weak paths are ended by chance.
 const ROULETTE_FROM: u32 = 3;
 const MAX_BOUNCES: u32 = 10_000;
-/// Dimensions of the point set that one bounce takes: emitter (3), direction (2), pane, roulette, spare.
-const STRIDE: u32 = 8;
+/// Dimensions of the point set that one bounce takes: emitter (3), direction (2), pane, roulette, spare, sun (2),
+/// pane to the sky (3).
+const STRIDE: u32 = 13;
 
 /// Buffers of one thread.
 pub(super) struct Tracer<'a> {
@@ -41,6 +43,8 @@ pub(super) struct Tracer<'a> {
     path: Vec<f32>,
     /// Direct light at the start of one path, per unit exitance of each group.
     direct: Vec<f64>,
+    /// Did the path meet an outside surface first?
+    met_outside: bool,
     /// Cumulated power of the emitters, and each one's share.
     odds: &'a [(f64, f64)],
     cast: u64,
@@ -72,7 +76,8 @@ impl<'a> Tracer<'a> {
             tint: Tint::new(optics.pad),
             throughput: vec![1.0; optics.pad],
             path: vec![0.0; optics.pad],
-            direct: vec![0.0; world.emitters.groups()],
+            direct: vec![0.0; world.groups()],
+            met_outside: false,
             odds,
             cast: 0,
         }
@@ -113,12 +118,45 @@ impl<'a> Tracer<'a> {
         (kernel > 0.0).then(|| (group, kernel / (kernel + density)))
     }
 
+    /// Sun and sky by one ray each.
+    fn daylight(
+        &mut self,
+        x: DVec3,
+        normal: DVec3,
+        points: &Points,
+        k: u32,
+        dimension: u32,
+    ) -> [Option<(usize, f64)>; 2] {
+        self.world.daylight().map_or([None, None], |_| {
+            let place = (points.get(k, dimension + 2), points.get(k, dimension + 3), points.get(k, dimension + 4));
+            let sky = through_panes(self.world, (x, normal), place, &mut self.cast);
+            [self.sun(x, normal, points, k, dimension), sky]
+        })
+    }
+
+    /// The sun's light by one point of its disc, per unit of its irradiance face on, with its group.
+    fn sun(&mut self, x: DVec3, normal: DVec3, points: &Points, k: u32, dimension: u32) -> Option<(usize, f64)> {
+        let sun = self.world.daylight().and_then(|d| d.sun)?;
+        let (a, b) = points.pair(k, dimension);
+        let direction = sun_direction(&crate::light::sun::disc(sun), a, b);
+        let cosine = normal.dot(direction);
+        if cosine <= 0.0 || direction.z <= 0.0 {
+            return None;
+        }
+        let left = transmittance_out(self.world, x, direction, &mut self.cast);
+        (left > 0.0).then(|| (self.optics.lamps + SUN, left * cosine))
+    }
+
     /// One path: direct light at its start is left in `self.direct`, all else in `self.path`. Was the start free?
     fn trace(&mut self, start: DVec3, facing: DVec3, points: &Points, k: u32) -> bool {
         self.path.fill(0.0);
         self.direct.fill(0.0);
         self.throughput.fill(1.0);
+        self.met_outside = false;
         if let Some((group, factor)) = self.next_event(start, facing, points, k, 0) {
+            self.direct[group] += factor;
+        }
+        for (group, factor) in self.daylight(start, facing, points, k, 8).into_iter().flatten() {
             self.direct[group] += factor;
         }
         let (mut x, mut normal) = (start, facing);
@@ -131,6 +169,12 @@ impl<'a> Tracer<'a> {
             self.tint.reset();
             let fork = Fork::Chance(points.get(k, base + 5));
             let landing = follow(self.world, self.optics, ray, hit, fork, &mut self.tint, &mut self.cast);
+            if let Landing::Escaped { direction, mirrored } = landing
+                && let Some((group, light)) = self.world.background(direction)
+            {
+                let weight = if mirrored { 1.0 } else { chance_weight(self.world, (x, normal), direction) };
+                self.add(group, light * weight, bounce == 0);
+            }
             let Landing::Surface { surface, front, point, mirrored, .. } = landing else {
                 return bounce > 0 || !matches!(landing, Landing::Covered);
             };
@@ -142,15 +186,9 @@ impl<'a> Tracer<'a> {
             } else {
                 self.landed(x, normal, surface, front, point)
             };
+            self.met_outside |= bounce == 0 && self.world.is_outside(surface);
             if let Some((group, weight)) = seen {
-                if bounce == 0 && !mirrored {
-                    self.direct[group] += weight * f64::from(self.tint.scale);
-                } else {
-                    for band in 0..self.path.len() {
-                        let share = self.tint.share(band) * weight as f32;
-                        self.path[band] += self.throughput[band] * share * self.optics.exitance[group][band];
-                    }
-                }
+                self.add(group, weight, bounce == 0 && !mirrored);
             }
             let mut strongest = 0.0f32;
             for band in 0..self.throughput.len() {
@@ -166,19 +204,34 @@ impl<'a> Tracer<'a> {
             }
             normal = s.side_normal(front);
             x = self.world.lift(s.point(s.uv(point)), normal);
-            if let Some((group, factor)) = self.next_event(x, normal, points, k, base + STRIDE) {
-                for band in 0..self.path.len() {
-                    self.path[band] += self.throughput[band] * self.optics.exitance[group][band] * factor as f32;
-                }
+            let lamp = self.next_event(x, normal, points, k, base + STRIDE);
+            let daylight = self.daylight(x, normal, points, k, base + STRIDE + 8);
+            self.tint.reset();
+            for (group, factor) in lamp.into_iter().chain(daylight.into_iter().flatten()) {
+                self.add(group, factor, false);
             }
         }
         true
+    }
+
+    /// Adds light of a group that came through the tint: to the direct light of the start, or to the path.
+    fn add(&mut self, group: usize, weight: f64, is_direct: bool) {
+        if is_direct && !self.tint.coloured {
+            self.direct[group] += weight * f64::from(self.tint.scale);
+            return;
+        }
+        for band in 0..self.path.len() {
+            let share = self.tint.share(band) * weight as f32;
+            self.path[band] += self.throughput[band] * share * self.optics.exitance[group][band];
+        }
     }
 }
 
 /// Sums of one batch.
 struct Batch {
     reflected: Vec<f64>,
+    /// The part of `reflected` that last left an outside surface.
+    external: Vec<f64>,
     direct: Vec<f64>,
     paths: f64,
 }
@@ -249,14 +302,15 @@ impl Tracer<'_> {
         let optics = self.optics;
         result.error_lx = half_width(&|b| optics.bands.xyz(b)[1]).1;
         result.xyz = optics.bands.xyz(&means.iter().map(|b| b.irradiance).collect::<Vec<_>>());
-        let direct: Vec<f64> = (0..n)
-            .map(|band| {
-                batches.iter().map(|b| self.direct_band(&b.direct, band) / b.paths).sum::<f64>() / BATCHES as f64
-            })
-            .collect();
-        result.direct_lx = optics.bands.xyz(&direct)[1];
-        let share = |band: usize| batches.iter().map(|b| b.reflected[band] / b.paths).sum::<f64>() / BATCHES as f64;
-        result.reflected_lx = optics.bands.xyz(&(0..n).map(share).collect::<Vec<f64>>())[1];
+        let mean = |f: &dyn Fn(&Batch) -> f64| batches.iter().map(|b| f(b) / b.paths).sum::<f64>() / BATCHES as f64;
+        let part = |part| mean(&|b| optics.lux_of_direct(&b.direct, part));
+        let lux = |bands: &[f64]| optics.bands.xyz(&bands[..n])[1];
+        let external = mean(&|b| lux(&b.external));
+        result.direct_lx = part(LightPart::Lamps);
+        result.sun_lx = part(LightPart::Sun);
+        result.sky_lx = part(LightPart::Sky);
+        result.external_lx = part(LightPart::Ground) + external;
+        result.reflected_lx = mean(&|b| lux(&b.reflected)) - external;
         if spectral {
             result.spectral = means;
         }
@@ -271,7 +325,8 @@ impl Tracer<'_> {
         let points = Points::new(stream);
         let mut batch = Batch {
             reflected: vec![0.0; self.optics.pad],
-            direct: vec![0.0; self.world.emitters.groups()],
+            external: vec![0.0; self.optics.pad],
+            direct: vec![0.0; self.world.groups()],
             paths: 0.0,
         };
         for k in 0..paths {
@@ -284,6 +339,11 @@ impl Tracer<'_> {
             }
             for (sum, v) in batch.reflected.iter_mut().zip(&self.path) {
                 *sum += f64::from(*v);
+            }
+            if self.met_outside {
+                for (sum, v) in batch.external.iter_mut().zip(&self.path) {
+                    *sum += f64::from(*v);
+                }
             }
         }
         batch.paths = batch.paths.max(1.0);

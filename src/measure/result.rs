@@ -14,6 +14,8 @@ pub struct Measurement {
     pub grids: Vec<GridResult>,
     /// One entry per view of the scene.
     pub views: Vec<ViewResult>,
+    /// Horizontal illuminance in the open, lx, where a sky is the only light: what daylight factors refer to.
+    pub outdoor_lx: Option<f64>,
     /// Where the light went, per band.
     pub ledger: Ledger,
     /// What was chosen and why, for the user to read.

@@ -1,5 +1,6 @@
 //! From a scene and a tolerance to a [`Measurement`].
 
+use std::f64::consts::PI;
 use std::time::Instant;
 
 use glam::DVec3;
@@ -12,7 +13,7 @@ use super::result::{
 };
 use super::{classic, ledger, path_tracing, view};
 use crate::error::{Error, Result};
-use crate::light::Emitter;
+use crate::light::{Daylight, Emitter};
 use crate::scene::{MaterialKind, Scene};
 use crate::spectrum::{Bands, SpectralValue, Spectrum};
 use crate::transport::points::seed;
@@ -35,8 +36,9 @@ pub fn solve(scene: &Scene, options: &SolveOptions, progress: &dyn Progress) -> 
     }
     let start = Instant::now();
     progress.stage("geometry", 0);
-    let world = World::new(scene);
-    let (bands, why) = plan_bands(scene, options.tolerance)?;
+    let daylight = Daylight::new(scene)?;
+    let world = World::with_daylight(scene, daylight);
+    let (bands, why) = plan_bands(scene, world.daylight(), options.tolerance)?;
     let optics = Optics::new(scene, &world, bands);
     let mut record = Record {
         method: options.method.name().into(),
@@ -46,7 +48,14 @@ pub fn solve(scene: &Scene, options: &SolveOptions, progress: &dyn Progress) -> 
         warnings: scene.warnings.clone(),
         ..Record::default()
     };
-    if world.emitters.list.is_empty() {
+    if let Some(light) = world.daylight() {
+        record.settings.extend(light.facts.iter().map(|(name, value)| Setting {
+            name: name.clone(),
+            value: value.clone(),
+            why: "from [sky] and [site]".into(),
+        }));
+        record.warnings.extend(light.warnings.iter().cloned());
+    } else if world.emitters.list.is_empty() {
         record.warnings.push("nothing in the scene emits light: all results are zero".into());
     }
     record.warnings.extend(buried_lamps(scene, &world));
@@ -74,11 +83,15 @@ fn buried_lamps(scene: &Scene, world: &World) -> Option<String> {
 }
 
 /// The bands of a run: the scene's own spectra decide.
-fn plan_bands(scene: &Scene, tolerance: f64) -> Result<(Bands, String)> {
+fn plan_bands(scene: &Scene, daylight: Option<&Daylight>, tolerance: f64) -> Result<(Bands, String)> {
     let mut area = vec![0.0; scene.materials.len()];
     for f in &scene.faces {
         area[f.material] += f.area_m2;
     }
+    // Daylight comes through the panes; where there are none, all is in the open.
+    let panes = || scene.materials.iter().zip(&area).filter(|(m, _)| matches!(m.kind, MaterialKind::Glass { .. }));
+    let glazed_m2: f64 = panes().map(|(_, a)| *a).sum();
+    let open_m2 = if glazed_m2 > 0.0 { glazed_m2 } else { area.iter().sum::<f64>() };
     let mut reflectances: Vec<(&SpectralValue, f64)> = Vec::new();
     let mut lights: Vec<(&Spectrum, f64)> = Vec::new();
     for (m, a) in scene.materials.iter().zip(&area).filter(|(_, a)| **a > 0.0) {
@@ -88,6 +101,9 @@ fn plan_bands(scene: &Scene, tolerance: f64) -> Result<(Bands, String)> {
             MaterialKind::Glass { transmittance, .. } => reflectances.push((transmittance, *a)),
         }
         lights.extend(m.emission.as_ref().map(|e| (&e.radiance, *a)));
+    }
+    if let Some(light) = daylight {
+        lights.extend([(&light.sky_irradiance, open_m2 / PI), (&light.sun_irradiance, open_m2 / PI)]);
     }
     Bands::plan(&scene.bands, &reflectances, &lights, tolerance)
 }
@@ -108,6 +124,7 @@ fn by_radiosity(task: &Task<'_>, mut record: Record) -> Result<Measurement> {
         views.push(picture);
     }
     describe(task, &adapted, &mut record);
+    record.left_out.extend(omissions(task));
     let grids = task
         .scene
         .grids
@@ -120,7 +137,30 @@ fn by_radiosity(task: &Task<'_>, mut record: Record) -> Result<Measurement> {
             sensors: grid.sensors.iter().zip(states).map(|(sensor, s)| reading(task, sensor, s)).collect(),
         })
         .collect();
-    Ok(Measurement { bands: task.optics.bands.clone(), grids, views, ledger, record })
+    Ok(Measurement {
+        bands: task.optics.bands.clone(),
+        grids,
+        views,
+        outdoor_lx: outdoor_lx(task.world),
+        ledger,
+        record,
+    })
+}
+
+/// Horizontal illuminance under the whole sky, where it alone shines.
+fn outdoor_lx(world: &World) -> Option<f64> {
+    let light = world.daylight().filter(|l| l.sun.is_none() && world.emitters.list.is_empty())?;
+    Some(light.diffuse_horizontal_lx()).filter(|lx| *lx > 0.0)
+}
+
+/// What daylight leaves out, told.
+fn omissions(task: &Task<'_>) -> Option<LeftOut> {
+    let sunny = task.world.daylight().is_some_and(|l| l.sun.is_some());
+    (sunny && task.world.has_specular()).then(|| LeftOut {
+        what: "sun mirrored by panes and mirrors onto other surfaces".into(),
+        bound: "not bounded: at most the sun's illuminance times the mirror's reflectance, where its image falls"
+            .into(),
+    })
 }
 
 fn reading(task: &Task<'_>, sensor: &crate::scene::Sensor, s: &SensorState) -> SensorResult {
@@ -129,6 +169,9 @@ fn reading(task: &Task<'_>, sensor: &crate::scene::Sensor, s: &SensorState) -> S
         result.xyz = s.xyz;
         result.error_lx = s.y.error;
         result.direct_lx = s.direct_y;
+        result.sun_lx = s.sun_y;
+        result.sky_lx = s.sky_y;
+        result.external_lx = s.external_y;
         result.reflected_lx = s.reflected_y;
         if task.options.spectral {
             result.spectral = s.bands.iter().map(|b| BandValue { irradiance: b.value, error: b.error }).collect();
@@ -233,8 +276,16 @@ fn by_path_tracing(task: &Task<'_>, mut record: Record) -> Measurement {
         .enumerate()
         .map(|(number, v)| view::trace(task, v, number, paths.min(PIXEL_PATHS)))
         .collect();
+    record.left_out.extend(omissions(task));
     record.counts.extend([("rays".into(), rays), ("paths_per_sensor".into(), paths)]);
-    Measurement { bands: task.optics.bands.clone(), grids, views, ledger: Ledger::default(), record }
+    Measurement {
+        bands: task.optics.bands.clone(),
+        grids,
+        views,
+        outdoor_lx: outdoor_lx(task.world),
+        ledger: Ledger::default(),
+        record,
+    }
 }
 
 /// Sensors whose half-widths hold the tolerance, in lux and in every band reported.

@@ -11,9 +11,9 @@ use super::gather::{Field, Gatherer, REPLICAS, SetSums, Solved};
 use super::result::ViewResult;
 use super::statement::{Readings, Stated, design_effect, median, state};
 use crate::scene::View;
-use crate::transport::caster::Ray;
+use crate::transport::caster::{MISS, Ray};
 use crate::transport::points::{Points, seed};
-use crate::transport::{Fork, Landing, Optics, Tint, World, follow};
+use crate::transport::{Fork, Landing, Optics, SUN, Tint, World, follow};
 
 /// Side of the cells in which reflected light is first interpolated, in pixels.
 const CELL: usize = 8;
@@ -33,7 +33,8 @@ const CONTRAST: f32 = 0.1;
 const JUDGED: usize = 400;
 const STREAM: u64 = 7;
 
-/// What a pixel's ray meets, along one branch of its chain.
+/// What a pixel's ray meets, along one branch of its chain; for sky and ground the surface is [`MISS`], and `point` the
+/// direction to them.
 #[derive(Clone, Debug)]
 struct Sight {
     surface: u32,
@@ -60,17 +61,35 @@ fn look(world: &World, optics: &Optics, ray: Ray, sights: &mut Vec<Sight>) {
         if branch == 8 {
             panes = tint.panes.min(8);
         }
+        let coloured = tint.coloured || tint.scale != 1.0 || tint.panes > 0;
+        let own_tint = || coloured.then(|| (0..optics.pad).map(|b| tint.share(b)).collect());
+        if let Landing::Escaped { direction, .. } = landing
+            && world.daylight().is_some()
+        {
+            sights.push(Sight { surface: MISS, front: true, point: direction, normal: direction, tint: own_tint() });
+        }
         if let Landing::Surface { surface, front, point, .. } = landing {
             let s = &world.surfaces.list[surface as usize];
             let normal = s.side_normal(front);
-            let coloured = tint.coloured || tint.scale != 1.0 || tint.panes > 0;
             sights.push(Sight {
                 surface,
                 front,
                 point: world.lift(s.point(s.uv(point)), normal),
                 normal,
-                tint: coloured.then(|| (0..optics.pad).map(|b| tint.share(b)).collect()),
+                tint: own_tint(),
             });
+        }
+    }
+}
+
+/// Radiance of sky, sun or ground as a sight shows it, added to `out` with a weight.
+fn add_background(world: &World, optics: &Optics, sight: &Sight, weight: f32, out: &mut [f32]) {
+    let sky = world.background(sight.point);
+    let sun = world.sun_disc(sight.point).map(|l| (optics.lamps + SUN, l));
+    for (group, light) in sky.into_iter().chain(sun) {
+        for (band, out) in out.iter_mut().enumerate() {
+            let left = sight.tint.as_ref().map_or(1.0, |t| t[band]);
+            *out += weight * left * optics.exitance[group][band] * light as f32 * std::f32::consts::FRAC_1_PI;
         }
     }
 }
@@ -89,7 +108,7 @@ pub(super) fn demand(world: &World, optics: &Optics, view: &View, task: &Task<'_
                 let Some(direction) = camera.direction(x, y) else { continue };
                 look(world, optics, Ray::new(camera.eye(), direction), &mut sights);
                 let points = Points::new(seed(&[task.options.seed, STREAM, row as u64, column as u64]));
-                for s in &sights {
+                for s in sights.iter().filter(|s| s.surface != MISS) {
                     found.extend((0..4).filter_map(|k| task.landing(s.point, s.normal, &points, k)));
                 }
             }
@@ -190,7 +209,7 @@ fn judged_places(task: &Task<'_>, camera: &Camera) -> Vec<(DVec3, DVec3)> {
             let pixel = ((k as f64 + 0.5) * stride) as usize % pixels;
             let (x, y) = ((pixel % camera.width) as f64 + 0.5, (pixel / camera.width) as f64 + 0.5);
             look(task.world, task.optics, Ray::new(camera.eye(), camera.direction(x, y)?), &mut sights);
-            sights.first().map(|s| (s.point, s.normal))
+            sights.first().filter(|s| s.surface != MISS).map(|s| (s.point, s.normal))
         })
         .collect()
 }
@@ -271,6 +290,7 @@ impl Painter<'_> {
                     }
                     let direct = sights
                         .first()
+                        .filter(|s| s.surface != MISS)
                         .map_or_else(Vec::new, |s| g.direct(s.point, s.normal, seed(&[self.stream, pixel as u64])));
                     (sights, direct)
                 },
@@ -331,8 +351,8 @@ impl Painter<'_> {
     /// Gathered reflected light of a pixel.
     fn value(&self, g: &mut Gatherer<'_>, base: &Base, pixel: usize) -> Vec<f32> {
         match base.sights[pixel].first() {
-            Some(sight) => self.gather(g, sight, pixel as u64, &base.direct[pixel], 1.0),
-            None => vec![0.0; self.task.optics.pad],
+            Some(sight) if sight.surface != MISS => self.gather(g, sight, pixel as u64, &base.direct[pixel], 1.0),
+            _ => vec![0.0; self.task.optics.pad],
         }
     }
 
@@ -355,6 +375,9 @@ impl Painter<'_> {
     /// Radiance of a sight from its irradiance, added to `out` with a weight.
     fn radiance(&self, sight: &Sight, direct: &[f64], reflected: &[f32], weight: f32, out: &mut [f32]) {
         let (world, optics) = (self.task.world, self.task.optics);
+        if sight.surface == MISS {
+            return add_background(world, optics, sight, weight, out);
+        }
         let material = world.surfaces.list[sight.surface as usize].material;
         let rho = optics.rho(material, sight.front);
         let emitted = world.group(sight.surface, sight.front).map(|g| &optics.exitance[g]);
@@ -375,7 +398,7 @@ impl Painter<'_> {
             || Gatherer::new(self.field),
             |g, (pixel, out)| {
                 for (k, sight) in base.sights[pixel].iter().enumerate() {
-                    if k == 0 {
+                    if k == 0 || sight.surface == MISS {
                         self.radiance(sight, &base.direct[pixel], &reflected[pixel], 1.0, out);
                     } else {
                         let stream = (k as u64) << 40 | pixel as u64;
@@ -446,6 +469,10 @@ impl Painter<'_> {
             let Some(direction) = self.camera.direction(x, y) else { continue };
             look(world, optics, Ray::new(self.camera.eye(), direction), &mut sights);
             for (branch, sight) in sights.iter().enumerate() {
+                if sight.surface == MISS {
+                    add_background(world, optics, sight, weight, &mut out);
+                    continue;
+                }
                 let stream = seed(&[pixel as u64, k as u64, branch as u64]);
                 let direct = g.direct(sight.point, sight.normal, stream);
                 let same = |p: &usize| {
@@ -653,6 +680,10 @@ fn pixel_sample(
     let mut sights = Vec::new();
     look(task.world, task.optics, Ray::new(camera.eye(), direction), &mut sights);
     for (branch, sight) in sights.iter().enumerate() {
+        if sight.surface == MISS {
+            add_background(task.world, task.optics, sight, 1.0, out);
+            continue;
+        }
         let light = tracer.irradiance(sight.point, sight.normal, seed(&[stream, branch as u64]), paths);
         let material = task.world.surfaces.list[sight.surface as usize].material;
         let rho = task.optics.rho(material, sight.front);

@@ -40,7 +40,7 @@ pub fn run_json(scene: &Scene, m: &Measurement, provenance: &Provenance) -> Valu
         "spectrum": spectrum(m),
         "energy_balance": balance(m),
         "bands": bands(m),
-        "grids": m.grids.iter().map(grid).collect::<Vec<_>>(),
+        "grids": m.grids.iter().map(|g| grid(g, m.outdoor_lx)).collect::<Vec<_>>(),
         "views": m.views.iter().map(view).collect::<Vec<_>>(),
     })
 }
@@ -115,7 +115,7 @@ fn closure(ledger: &Ledger, band: usize) -> Option<f64> {
     (emitted != 0.0).then(|| (emitted - gone) / emitted)
 }
 
-fn grid(grid: &GridResult) -> Value {
+fn grid(grid: &GridResult, outdoor_lx: Option<f64>) -> Value {
     let s = Statistics::of(grid);
     let v = s.values.as_ref();
     json!({
@@ -128,6 +128,7 @@ fn grid(grid: &GridResult) -> Value {
         "min_lx": v.map(|v| v.min_lx),
         "max_lx": v.map(|v| v.max_lx),
         "uniformity_U0": v.and_then(Values::uniformity),
+        "daylight_factor_percent": v.and_then(|v| v.daylight_factor_percent(outdoor_lx)),
         "median_error_lx": v.map(|v| v.median_error_lx),
         "max_error_lx": v.map(|v| v.max_error_lx),
         "holding": s.holding,

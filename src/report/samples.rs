@@ -19,10 +19,12 @@ pub(super) fn scene() -> Scene {
             kind: MaterialKind::Mirror { reflectance: SpectralValue::Grey(0.0) },
             // The lamp of `view`.
             emission: Some(Emission { radiance: d65.scaled(6000.0 / d65.luminous()), two_sided: false }),
+            outside: false,
         }],
         bands: BandMode::Auto,
         grids: Vec::new(),
         views: Vec::new(),
+        daytime: None,
         axes: Axes::ZUp,
         inputs: vec![InputFile { path: "office.obj".into(), sha256: "00ff".into() }],
         warnings: vec!["the scene says so".into()],
@@ -129,6 +131,7 @@ pub(super) fn measurement(mode: &BandMode) -> Measurement {
         views: vec![view("camera", 96, 64, n)],
         bands,
         grids: vec![grid("workplane", 16, 24, [3.5, 5.5])],
+        outdoor_lx: Some(10_000.0),
         ledger: Ledger {
             emitted: vec![10.0; n],
             absorbed: vec![9.0; n],

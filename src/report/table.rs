@@ -28,7 +28,7 @@ const ILLUMINANCE: [&str; 20] = [
     "cct_K",
 ];
 
-const SUMMARY: [&str; 13] = [
+const SUMMARY: [&str; 14] = [
     "grid",
     "points",
     "ok",
@@ -42,6 +42,7 @@ const SUMMARY: [&str; 13] = [
     "max_error_lx",
     "holding",
     "holding_share",
+    "daylight_factor_percent",
 ];
 
 const IRRADIANCE: [&str; 6] = ["grid", "point", "band_lo_nm", "band_hi_nm", "irradiance_W_m2_nm", "error_W_m2_nm"];
@@ -123,6 +124,11 @@ impl Values {
     pub(super) fn uniformity(&self) -> Option<f64> {
         (self.mean_lx > 0.0).then(|| self.min_lx / self.mean_lx)
     }
+
+    /// Mean illuminance over that of an unobstructed horizontal plane; nothing unless a sky is the only light.
+    pub(super) fn daylight_factor_percent(&self, outdoor_lx: Option<f64>) -> Option<f64> {
+        outdoor_lx.map(|outdoor| 100.0 * self.mean_lx / outdoor)
+    }
 }
 
 impl Statistics {
@@ -195,6 +201,7 @@ pub(super) fn summary(m: &Measurement) -> Result<Vec<u8>> {
             optional(v.map(|v| v.max_error_lx))?,
             s.holding.to_string(),
             optional(s.holding_share())?,
+            optional(v.and_then(|v| v.daylight_factor_percent(m.outdoor_lx)))?,
         ])?;
     }
     table.finish()

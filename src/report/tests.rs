@@ -118,13 +118,14 @@ fn the_summary_is_weighted_by_area() {
         let table = table::summary(m).unwrap();
         let mut reader = csv::Reader::from_reader(&table[..]);
         let row = reader.records().next().unwrap().unwrap();
-        (row[5].to_owned(), row[8].to_owned(), row[12].to_owned())
+        (row[5].to_owned(), row[8].to_owned(), row[12].to_owned(), row[13].to_owned())
     };
-    assert_eq!(read(&m), ("125".into(), "0.8".into(), "0.5".into()));
+    // 125 lx inside, 10,000 lx in the open.
+    assert_eq!(read(&m), ("125".into(), "0.8".into(), "0.5".into(), "1.25".into()));
     m.grids[0].sensors[0].area_m2 = None;
     assert_eq!(read(&m).0, "150");
     m.grids[0].sensors.clear();
-    assert_eq!(read(&m), (String::new(), String::new(), String::new()));
+    assert_eq!(read(&m), Default::default());
 }
 
 #[test]

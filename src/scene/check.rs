@@ -113,11 +113,11 @@ impl<'a> Checker<'a> {
     }
 
     fn asks_and_lights(&mut self) {
-        if !(0..self.scene.faces.len()).any(|f| self.emits(f)) {
+        if self.scene.daytime.is_none() && !(0..self.scene.faces.len()).any(|f| self.emits(f)) {
             self.tell(
                 Severity::Warning,
                 "no light: no face emits, every result will be zero".to_owned(),
-                "give a material an `emission`",
+                "give a material an `emission`, or add a [sky]",
             );
         }
         if self.scene.grids.is_empty() && self.scene.views.is_empty() {

@@ -13,6 +13,7 @@ use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{Error as _, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
+use super::sky::{SiteDef, SkyDef};
 use super::suggest;
 use crate::{Error, Result};
 
@@ -100,10 +101,10 @@ pub(crate) struct SceneFile {
     /// Pictures asked for.
     #[serde(default)]
     pub(crate) views: Vec<At<ViewDef>>,
-    #[schemars(skip)]
+    /// The sky, the sun and the ground.
     pub(crate) sky: Option<At<SkyDef>>,
-    #[schemars(skip)]
-    pub(crate) site: Option<At<IgnoredAny>>,
+    /// Place and time.
+    pub(crate) site: Option<At<SiteDef>>,
     #[schemars(skip)]
     pub(crate) luminaires: Option<At<Vec<At<IgnoredAny>>>>,
 }
@@ -230,8 +231,9 @@ pub(crate) struct MaterialDef {
     pub(crate) refractive_index: Option<At<f64>>,
     /// Light of the surface's own.
     pub(crate) emission: Option<At<EmissionDef>>,
-    #[schemars(skip)]
-    pub(crate) outside: Option<At<IgnoredAny>>,
+    /// Stands outside: light that it reflects last counts as external.
+    #[serde(default)]
+    pub(crate) outside: bool,
 }
 
 /// Kind of material.
@@ -372,14 +374,6 @@ pub(crate) enum FovDef {
     Horizontal(f64),
     /// Horizontal and vertical.
     Both([f64; 2]),
-}
-
-/// The sky, of which only "none" is built.
-#[derive(Debug, Deserialize)]
-pub(crate) struct SkyDef {
-    pub(crate) model: Option<At<String>>,
-    #[serde(flatten)]
-    pub(crate) _rest: BTreeMap<String, IgnoredAny>,
 }
 
 /// A value that may be a number, a list or a text: collects what its type accepts.
@@ -559,6 +553,7 @@ fn mend_missing(key: &str) -> String {
         "geometry" => "add a [geometry] table with files, unit and up".to_owned(),
         "unit" => "add unit = \"m\" (or cm, mm, ft, in): an OBJ file carries no unit".to_owned(),
         "up" => "add up = \"z\" (or y): an OBJ file does not say which axis points up".to_owned(),
+        "model" => "add model = \"cie-overcast\"".to_owned(),
         "files" => "add files = [\"room.obj\"]".to_owned(),
         "pixels" => "add pixels = [512, 512]".to_owned(),
         _ => format!("add `{key} = ...`; `clerestory schema` lists all keys"),

@@ -9,7 +9,7 @@ use sha2::{Digest, Sha256};
 use super::faces::{self, Drawn, Names, Place};
 use super::file::{self, At, BandsDef, DivisionDef, Kind, ModeDef, ModeName, SceneFile, Source, Up};
 use super::obj::{self, Obj};
-use super::{Axes, Face, InputFile, Scene, grid, material, suggest, view};
+use super::{Axes, Face, InputFile, Scene, grid, material, sky, suggest, view};
 use crate::error::ErrorKind;
 use crate::spectrum::BandMode;
 use crate::{Error, Result};
@@ -46,6 +46,8 @@ pub fn load(path: &Path) -> Result<Scene> {
     for def in &file.views {
         views.push(view::resolve(&mut files, axes, &def.value)?);
     }
+    let north_deg = file.geometry.value.north_deg.as_ref().map_or(0.0, |n| n.value);
+    let daytime = sky::resolve(&mut files, file.sky.as_ref(), file.site.as_ref(), north_deg)?;
     let title = file.title.unwrap_or_else(|| stem(path));
     Ok(Scene {
         title,
@@ -55,6 +57,7 @@ pub fn load(path: &Path) -> Result<Scene> {
         bands,
         grids,
         views,
+        daytime,
         axes,
         inputs: files.inputs,
         warnings: files.warnings,
@@ -147,16 +150,7 @@ pub(crate) fn unit_vector(source: Source<'_>, v: &At<[f64; 3]>, key: &str) -> Re
     d.try_normalize().ok_or_else(|| source.malformed(v.offset, format!("{key} is zero: it gives no direction")))
 }
 
-/// Names of sky models that exist, built or not.
-const SKY_MODELS: &[&str] = &["none", "cie-overcast", "cie-clear", "uniform", "perez"];
-
 fn refuse_unbuilt(source: Source<'_>, file: &SceneFile) -> Result<()> {
-    if let Some(sky) = &file.sky {
-        refuse_sky(source, sky)?;
-    }
-    if let Some(site) = &file.site {
-        return Err(source.unsupported(site.offset, "[site]").mend("remove the table: only electric light is built"));
-    }
     if let Some(luminaires) = &file.luminaires {
         let offset = luminaires.value.first().map_or(luminaires.offset, |l| l.offset);
         return Err(source.unsupported(offset, "[[luminaires]]").mend("model the lamp as faces with `emission`"));
@@ -166,30 +160,8 @@ fn refuse_unbuilt(source: Source<'_>, file: &SceneFile) -> Result<()> {
             let what = format!("material \"{name}\": kind = \"translucent\"");
             return Err(source.unsupported(kind.offset, &what).mend("use diffuse, glass or mirror"));
         }
-        if let Some(outside) = &def.value.outside {
-            return Err(source
-                .unsupported(outside.offset, &format!("material \"{name}\": `outside`"))
-                .mend("remove the key"));
-        }
     }
     Ok(())
-}
-
-fn refuse_sky(source: Source<'_>, sky: &At<file::SkyDef>) -> Result<()> {
-    let Some(model) = &sky.value.model else {
-        return Err(source.unsupported(sky.offset, "[sky]").mend("remove the table, or set model = \"none\""));
-    };
-    let name = model.value.as_str();
-    let numbered = name.strip_prefix("cie-").and_then(|n| n.parse::<u8>().ok()).is_some_and(|n| (1..=15).contains(&n));
-    match name {
-        "none" => Ok(()),
-        _ if numbered || SKY_MODELS.contains(&name) => Err(source
-            .unsupported(model.offset, &format!("[sky] with model = \"{name}\""))
-            .mend("remove the table, or set model = \"none\"")),
-        _ => Err(source
-            .malformed(model.offset, format!("unknown sky model `{name}`"))
-            .mend(suggest::mend(name, SKY_MODELS))),
-    }
 }
 
 /// All polygons of all files, with the names they use.

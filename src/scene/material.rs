@@ -28,7 +28,7 @@ pub(crate) fn resolve(files: &mut Files<'_>, name: &str, def: &At<MaterialDef>, 
         Some(emission) => emit(files, name, emission, area_m2)?,
         None => None,
     };
-    Ok(Material { name: name.to_owned(), kind, emission })
+    Ok(Material { name: name.to_owned(), kind, emission, outside: def.value.outside })
 }
 
 fn diffuse(files: &mut Files<'_>, name: &str, def: &At<MaterialDef>) -> Result<MaterialKind> {
@@ -186,8 +186,9 @@ fn curve(files: &mut Files<'_>, name: &At<String>, beyond: Beyond) -> Result<Spe
 fn emit(files: &mut Files<'_>, name: &str, def: &At<EmissionDef>, area_m2: f64) -> Result<Option<Emission>> {
     let e = &def.value;
     let two_sided = e.two_sided;
+    let owner = format!("material \"{name}\"");
     let relative = match &e.spectrum {
-        Some(spectrum) => relative(files, name, spectrum)?,
+        Some(spectrum) => relative(files, &owner, spectrum)?,
         None => Spectrum::constant(1.0),
     };
     if let Some(file) = &e.radiance {
@@ -199,7 +200,7 @@ fn emit(files: &mut Files<'_>, name: &str, def: &At<EmissionDef>, area_m2: f64) 
                 .mend("remove `spectrum`"));
         }
         let radiance = curve(files, file, Beyond::Zero)?;
-        check_curve(files.source, name, file.offset, &radiance)?;
+        check_curve(files.source, &owner, file.offset, &radiance)?;
         warn_dark(files, name, radiance.max());
         return Ok(Some(Emission { radiance, two_sided }));
     }
@@ -263,30 +264,30 @@ fn luminance(source: Source<'_>, name: &str, def: &At<EmissionDef>, area_m2: f64
     Err(Error::new(crate::error::ErrorKind::Internal, "an emission without a quantity"))
 }
 
-/// The relative spectrum asked for.
-fn relative(files: &mut Files<'_>, name: &str, def: &At<SpectrumDef>) -> Result<Spectrum> {
+/// The relative spectrum asked for; `owner` says by whom.
+pub(super) fn relative(files: &mut Files<'_>, owner: &str, def: &At<SpectrumDef>) -> Result<Spectrum> {
     match &def.value {
         SpectrumDef::Kelvin(kelvin) => spectrum::from_cct(*kelvin).map_err(|e| files.source.place(def.offset, e)),
         SpectrumDef::Name(text) if text.to_lowercase().ends_with(".csv") => {
             let curve = curve(files, &At { value: text.clone(), offset: def.offset }, Beyond::Hold)?;
-            check_curve(files.source, name, def.offset, &curve)?;
+            check_curve(files.source, owner, def.offset, &curve)?;
             Ok(curve)
         }
         SpectrumDef::Name(text) => spectrum::illuminant(text).ok_or_else(|| {
             files
                 .source
-                .malformed(def.offset, format!("material \"{name}\": unknown illuminant `{text}`"))
+                .malformed(def.offset, format!("{owner}: unknown illuminant `{text}`"))
                 .mend(suggest::mend(text, spectrum::illuminant_names()))
         }),
     }
 }
 
-fn check_curve(source: Source<'_>, name: &str, offset: usize, curve: &Spectrum) -> Result<()> {
+fn check_curve(source: Source<'_>, owner: &str, offset: usize, curve: &Spectrum) -> Result<()> {
     if curve.min() >= 0.0 {
         return Ok(());
     }
     Err(source
-        .impossible(offset, format!("material \"{name}\": its spectrum is negative somewhere ({})", curve.min()))
+        .impossible(offset, format!("{owner}: its spectrum is negative somewhere ({})", curve.min()))
         .mend("set noise below zero to zero"))
 }
 

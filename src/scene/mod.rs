@@ -16,6 +16,7 @@ mod material;
 mod obj;
 mod outline;
 mod polygon;
+mod sky;
 mod suggest;
 #[cfg(test)]
 mod tests;
@@ -28,6 +29,7 @@ use glam::DVec3;
 pub use check::{Diagnostic, Severity, check};
 pub use file::json_schema;
 pub use load::load;
+pub use sky::{Amount, ClockTime, Daytime, Placed, Site, SkyName};
 
 use crate::spectrum::{BandMode, SpectralValue, Spectrum};
 
@@ -57,6 +59,8 @@ pub struct Scene {
     pub grids: Vec<Grid>,
     /// Pictures asked for.
     pub views: Vec<View>,
+    /// Sky, sun and ground, as asked for.
+    pub daytime: Option<Daytime>,
     /// The user's axes.
     pub axes: Axes,
     /// Files read, with SHA-256 of their bytes in hexadecimal, in reading order.
@@ -128,6 +132,8 @@ pub struct Material {
     pub kind: MaterialKind,
     /// Light of its own.
     pub emission: Option<Emission>,
+    /// Stands outside: light that it reflects last is external.
+    pub outside: bool,
 }
 
 /// Reflection and transmission.

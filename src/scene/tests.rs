@@ -185,24 +185,47 @@ fn glass_cannot_pass_more_than_a_clear_pane() {
 #[test]
 fn what_is_not_built_is_refused_by_name() {
     for (rest, want) in [
-        (
-            "[sky]\nmodel = \"cie-overcast\"\n",
-            "s.toml:8: [sky] with model = \"cie-overcast\" is not supported in this version",
-        ),
-        ("[sky]\nmodel = \"cie-7\"\nground_reflectance = 0.2\n", "not supported in this version"),
-        ("[sky]\nmodel = \"cie-overcost\"\n", "unknown sky model `cie-overcost`\n  mend: did you mean `cie-overcast`?"),
-        ("[site]\nlatitude_deg = 1\n", "s.toml:7: [site] is not supported in this version"),
         ("[[luminaires]]\nfile = \"a.ies\"\n", "s.toml:7: [[luminaires]] is not supported in this version"),
         (
             "[materials.t]\nkind = \"translucent\"\n",
             "s.toml:8: material \"t\": kind = \"translucent\" is not supported",
         ),
-        ("[materials.t]\nreflectance = 0.2\noutside = true\n", "s.toml:9: material \"t\": `outside` is not supported"),
     ] {
         let e = error(&format!("{WALL}{rest}"));
         assert!(e.contains(want), "{rest} gave {e}");
     }
-    assert!(scene_of(&format!("{WALL}[sky]\nmodel = \"none\"\n")).is_ok());
+}
+
+#[test]
+fn skies_and_sites_that_cannot_be_name_line_and_mend() {
+    for (rest, line, want, mend) in [
+        ("[sky]\nmodel = \"cie-overcost\"\n", 8, "unknown sky model `cie-overcost`", "did you mean `cie-overcast`?"),
+        ("[sky]\nmodel = \"cie-16\"\n", 8, "unknown sky model `cie-16`", "`cie-"),
+        ("[sky]\nhorizontal_illuminance_lx = 1\n", 7, "missing key `model`", "model = "),
+        ("[sky]\nmodel = \"uniform\"\nground_reflectance = 1.2\n", 9, "ground_reflectance = 1.2", "from 0 to 1"),
+        ("[sky]\nmodel = \"uniform\"\nhorizontal_illuminance_lx = -5\n", 9, "= -5", "15000 lx"),
+        ("[sky]\nmodel = \"uniform\"\nhorizontal_illuminance_lx = nan\n", 9, "NaN", "15000 lx"),
+        ("[sky]\nmodel = \"perez\"\ndirect_normal_irradiance_W_m2 = 2000\n", 9, "= 2000", "900 W/m²"),
+        ("[sky]\nmodel = \"uniform\"\nsun_altitude_deg = 30\n", 9, "no azimuth", "sun_azimuth_deg"),
+        ("[sky]\nmodel = \"uniform\"\nspectrum = \"D66\"\n", 9, "unknown illuminant `D66`", "`D65`"),
+        (
+            "[sky]\nmodel = \"perez\"\ndirect_normal_irradiance_W_m2 = 200\ndirect_normal_illuminance_lx = 9\n",
+            9,
+            "stated twice",
+            "keep one",
+        ),
+        ("[site]\nlatitude_deg = 91\n", 8, "latitude_deg = 91", "north and east"),
+        ("[site]\nlongitude = 13\n", 8, "unknown key `longitude`", "did you mean `longitude_deg`?"),
+        ("[site]\ntime = \"2026-03-21T12:00:00\"\n", 8, "time zone is missing", "+01:00"),
+        ("[site]\ntime = \"21 March\"\n", 8, "no date and time", "+01:00"),
+        ("[site]\ntime = \"2026-03-21\"\n", 8, "date or time is missing", "+01:00"),
+        ("[site]\nweather = \"none.epw\"\n", 8, "no such file: `none.epw`", "relative to the scene file"),
+    ] {
+        let e = error(&format!("{WALL}{rest}"));
+        assert!(e.starts_with(&format!("s.toml:{line}:")) || e.contains(&format!("s.toml:{line}:")), "{rest} gave {e}");
+        assert!(e.contains(want) && e.contains(mend), "{rest} gave {e}");
+    }
+    assert!(scene_of(&format!("{WALL}[sky]\nmodel = \"none\"\n")).unwrap().daytime.is_none());
 }
 
 #[test]

@@ -29,7 +29,12 @@ pub enum Landing {
         mirrored: bool,
     },
     /// Out of the scene.
-    Escaped,
+    Escaped {
+        /// Where to.
+        direction: DVec3,
+        /// It came by a mirror (or a coloured pane), so direct light does not already count what is seen there.
+        mirrored: bool,
+    },
     /// Inside a solid: the start of the ray is covered.
     Covered,
     /// In a mirror maze.
@@ -111,7 +116,7 @@ pub fn follow(
     let mut mirrored = false;
     for _ in 0..MAX_LINKS {
         if hit.surface == MISS {
-            return Landing::Escaped;
+            return Landing::Escaped { direction: DVec3::from_array(ray.direction.map(f64::from)), mirrored };
         }
         let surface = &world.surfaces.list[hit.surface as usize];
         let direction = DVec3::from_array(ray.direction.map(f64::from));

@@ -6,18 +6,23 @@
 mod bvh;
 pub mod caster;
 mod chain;
+mod daylight;
 mod direct;
 pub mod form_factor;
 mod glass;
 mod kernel;
 mod optics;
 pub mod points;
+mod portals;
 mod rows;
+mod visible;
 mod world;
 
 pub use chain::{Fork, Landing, Tint, follow};
-pub use direct::{DirectScratch, direct, transmittance_to, visible_factor};
+pub use daylight::{DAYLIGHT_GROUPS, GROUND, SKY, SUN, sun_direction, transmittance_out};
+pub use direct::{DirectScratch, direct, direct_parts, transmittance_to, visible_factor};
 pub use glass::Pane;
-pub use optics::Optics;
+pub use optics::{LightPart, Optics};
+pub use portals::{chance_weight, through_panes};
 pub use rows::{Replica, RowSettings, Rows, Target};
 pub use world::{Kind, World, cosine_direction};

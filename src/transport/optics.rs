@@ -1,5 +1,6 @@
 //! What materials do with light, band by band.
 
+use super::daylight::{GROUND, SKY, SUN};
 use super::glass::Pane;
 use super::world::World;
 use crate::scene::{MaterialKind, Scene};
@@ -18,11 +19,27 @@ pub struct Optics {
     pub pad: usize,
     /// Diffuse reflectance of back and front of each material.
     pub reflectance: Vec<[Vec<f32>; 2]>,
-    /// Exitance of each group of emitters, W/(m² nm).
+    /// Exitance of each group of emitters, W/(m² nm); then the sky's horizontal irradiance, the ground's exitance and
+    /// the sun's irradiance face on.
     pub exitance: Vec<Vec<f32>>,
     /// XYZ weights of the bands, X then Y then Z, each padded.
     pub xyz: [Vec<f32>; 3],
+    /// Number of groups of emitters; those of daylight follow.
+    pub lamps: usize,
     pub(super) specular: Vec<Specular>,
+}
+
+/// A part of direct light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LightPart {
+    /// Emitting surfaces.
+    Lamps,
+    /// The sky.
+    Sky,
+    /// The endless ground.
+    Ground,
+    /// The sun's disc.
+    Sun,
 }
 
 /// What a mirror or a pane does.
@@ -62,7 +79,7 @@ impl Optics {
             reflectance.push(sides);
             specular.push(mirror);
         }
-        let exitance = world
+        let mut exitance: Vec<Vec<f32>> = world
             .emitters
             .materials
             .iter()
@@ -71,8 +88,16 @@ impl Optics {
                 padded(radiance.unwrap_or_default().iter().map(|l| l * std::f64::consts::PI).collect())
             })
             .collect();
+        if let Some(light) = world.daylight() {
+            let height = light.sun.map_or(0.0, |d| d.z);
+            let sky = if light.sky.is_some() { bands.radiance(&light.sky_irradiance) } else { vec![0.0; bands.len()] };
+            let sun = bands.radiance(&light.sun_irradiance);
+            // The ground lies in the open: sky and sun reach all of it.
+            let ground = sky.iter().zip(&sun).map(|(d, s)| light.ground_reflectance * (d + s * height)).collect();
+            exitance.extend([padded(sky), padded(ground), padded(sun)]);
+        }
         let xyz = [0, 1, 2].map(|k| padded(bands.xyz_weights().iter().map(|w| w[k]).collect()));
-        Self { bands, pad, reflectance, exitance, xyz, specular }
+        Self { bands, pad, reflectance, exitance, xyz, lamps: world.emitters.groups(), specular }
     }
 
     /// Reflectance of a side of a material, padded.
@@ -87,6 +112,21 @@ impl Optics {
     pub fn xyz_of_direct(&self, factors: &[f64]) -> [f64; 3] {
         let band = |b: usize| factors.iter().zip(&self.exitance).map(|(f, m)| f * f64::from(m[b])).sum();
         self.bands.xyz(&(0..self.bands.len()).map(band).collect::<Vec<f64>>())
+    }
+
+    /// Illuminance of one part of direct light, by its factors by group, lx.
+    #[must_use]
+    pub fn lux_of_direct(&self, factors: &[f64], part: LightPart) -> f64 {
+        let groups = match part {
+            LightPart::Lamps => 0..self.lamps,
+            LightPart::Sky => self.lamps + SKY..self.lamps + SKY + 1,
+            LightPart::Ground => self.lamps + GROUND..self.lamps + GROUND + 1,
+            LightPart::Sun => self.lamps + SUN..self.lamps + SUN + 1,
+        };
+        let of_group = |g: usize| {
+            factors[g] * self.exitance[g].iter().zip(&self.xyz[1]).map(|(m, w)| f64::from(m * w)).sum::<f64>()
+        };
+        groups.filter(|g| *g < factors.len()).map(of_group).sum()
     }
 
     /// Largest reflectance in any band of the materials in use.

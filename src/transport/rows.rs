@@ -7,11 +7,15 @@ use rayon::prelude::*;
 
 use super::caster::{Hit, MISS, Ray};
 use super::chain::{Fork, Landing, Tint, follow};
-use super::direct::{DirectScratch, direct};
+use super::daylight::{GROUND, SKY};
+use super::direct::{DirectScratch, direct_parts};
 use super::optics::Optics;
 use super::points::{Points, seed};
 use super::world::{World, cosine_direction};
 use crate::mesh::{ElementKey, Elements};
+
+/// Places of an element, in each set, at which sky and ground are integrated: the sky changes slowly across it.
+const SKY_POINTS: u32 = 1;
 
 /// Where a ray of a row ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -102,7 +106,8 @@ struct Sample {
     target: Target,
     share: f32,
     tint: Option<Vec<f32>>,
-    emission: Option<u32>,
+    /// Light seen by mirrors: group and weight.
+    emission: Option<(u32, f32)>,
 }
 
 struct Expanded {
@@ -116,7 +121,7 @@ impl Rows {
     /// Casts the rows of all elements of the mesh, and of all that these ask for.
     #[must_use]
     pub fn expand(world: &World, optics: &Optics, mesh: &mut Elements, settings: &RowSettings) -> Self {
-        let groups = world.emitters.groups();
+        let groups = world.groups();
         let mut rows = Self {
             rays: settings.rays,
             groups,
@@ -169,8 +174,8 @@ impl Rows {
             if world.has_specular() {
                 replica.shares.push((s.share, tint));
             }
-            if let Some(group) = s.emission {
-                replica.mirrored.push((i, group, s.share, tint));
+            if let Some((group, weight)) = s.emission {
+                replica.mirrored.push((i, group, s.share * weight, tint));
             }
         }
         self.valid.push(1.0 - covered as f32 / e.samples.len() as f32);
@@ -211,7 +216,7 @@ impl<'a> Worker<'a> {
             tint: Tint::new(optics.pad),
             rays: Vec::new(),
             hits: Vec::new(),
-            factors: vec![0.0; world.emitters.groups()],
+            factors: vec![0.0; world.groups()],
         }
     }
 
@@ -219,7 +224,7 @@ impl<'a> Worker<'a> {
         let element = &mesh.list()[index];
         let surface = &self.world.surfaces.list[element.surface as usize];
         let normal = surface.side_normal(element.front);
-        let groups = self.world.emitters.groups();
+        let groups = self.world.groups();
         let (replicas, rays) = (self.settings.replicas, self.settings.rays);
         let mut out = Expanded {
             samples: Vec::with_capacity(replicas * rays),
@@ -228,6 +233,7 @@ impl<'a> Worker<'a> {
             factors: 0,
         };
         let mut counted = vec![0u32; replicas];
+        let mut skies = vec![0u32; replicas];
         let (rays_before, factors_before) = (self.scratch.rays, self.scratch.factors);
         for r in 0..replicas {
             // Neighbours take neighbouring stretches of one sequence: together their rays are as well spread as one
@@ -253,7 +259,9 @@ impl<'a> Worker<'a> {
                     self.factors.fill(0.0);
                     let x = self.rays[k].at(0.0);
                     let shadow = seed(&[stream, u64::from(first), 1 + k as u64]);
-                    direct(self.world, x, normal, shadow, &mut self.scratch, &mut self.factors);
+                    let diffuse = skies[r] < SKY_POINTS;
+                    skies[r] += u32::from(diffuse);
+                    direct_parts(self.world, (x, normal), shadow, diffuse, &mut self.scratch, &mut self.factors);
                     for (sum, f) in out.direct[r * groups..].iter_mut().zip(&self.factors) {
                         *sum += *f as f32;
                     }
@@ -261,7 +269,9 @@ impl<'a> Worker<'a> {
                 out.samples.push(sample);
             }
         }
-        average_direct(&mut out.direct, &counted, groups);
+        let lamps = self.world.daylight_group().unwrap_or(groups);
+        let is_diffuse = |g: usize| g == lamps + SKY || g == lamps + GROUND;
+        average_direct(&mut out.direct, groups, |g| if is_diffuse(g) { &skies } else { &counted });
         out.rays += self.scratch.rays - rays_before;
         out.factors = self.scratch.factors - factors_before;
         out
@@ -283,10 +293,13 @@ impl<'a> Worker<'a> {
                 let uv = self.world.surfaces.list[surface as usize].uv(point);
                 sample.key = Some(mesh.key_at(surface as usize, front, uv));
                 if mirrored && !self.world.glowing() {
-                    sample.emission = self.world.group(surface, front).map(|g| g as u32);
+                    sample.emission = self.world.group(surface, front).map(|g| (g as u32, 1.0));
                 }
             }
-            Landing::Escaped => {}
+            Landing::Escaped { direction, mirrored } if mirrored => {
+                sample.emission = self.world.background(direction).map(|(g, weight)| (g as u32, weight as f32));
+            }
+            Landing::Escaped { .. } => {}
             Landing::Covered => sample.target = Target::Covered,
             Landing::Lost => sample.target = Target::Lost,
         }
@@ -295,9 +308,10 @@ impl<'a> Worker<'a> {
 }
 
 /// Sums to means; a replica none of whose samples count takes the mean of the others.
-fn average_direct(direct: &mut [f32], counted: &[u32], groups: usize) {
-    let all: u32 = counted.iter().sum();
+fn average_direct<'a>(direct: &mut [f32], groups: usize, counted: impl Fn(usize) -> &'a [u32]) {
     for g in 0..groups {
+        let counted = counted(g);
+        let all: u32 = counted.iter().sum();
         let total: f32 = (0..counted.len()).map(|r| direct[r * groups + g]).sum();
         for (r, n) in counted.iter().enumerate() {
             let d = &mut direct[r * groups + g];

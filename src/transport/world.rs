@@ -3,9 +3,12 @@
 use glam::DVec3;
 
 use super::caster::{Caster, MISS, Ray};
+use super::daylight::{DAYLIGHT_GROUPS, GROUND, SKY};
 use super::glass::Pane;
 use super::points::Points;
-use crate::light::Emitters;
+use super::portals::Portals;
+use crate::light::sun::DIAMETER_DEG;
+use crate::light::{Daylight, Emitters};
 use crate::mesh::{Surfaces, sample_polygon};
 use crate::scene::{MaterialKind, Scene};
 use crate::spectrum::SpectralValue;
@@ -36,6 +39,9 @@ pub struct World {
     has_specular: bool,
     has_glass: bool,
     glowing: bool,
+    outside: Vec<bool>,
+    daylight: Option<Daylight>,
+    portals: Portals,
 }
 
 /// Distance, in units of the scene's size, by which a ray's start is lifted off its surface.
@@ -46,9 +52,15 @@ const GLOW_EMITTERS: usize = 256;
 const GLOW_RAYS: u32 = 32;
 
 impl World {
-    /// Prepares a scene for rays.
+    /// Prepares a scene for rays, without daylight.
     #[must_use]
     pub fn new(scene: &Scene) -> Self {
+        Self::with_daylight(scene, None)
+    }
+
+    /// Prepares a scene for rays, with sky, sun and ground around it.
+    #[must_use]
+    pub fn with_daylight(scene: &Scene, daylight: Option<Daylight>) -> Self {
         let surfaces = Surfaces::new(scene);
         let emitters = Emitters::new(scene, &surfaces);
         let mut groups = vec![[None; 2]; surfaces.list.len()];
@@ -68,18 +80,22 @@ impl World {
         });
         let kinds: Vec<Kind> = kinds.collect();
         let any = |wanted: &dyn Fn(Kind) -> bool| surfaces.list.iter().any(|s| wanted(kinds[s.material]));
+        let panes: Vec<Option<Pane>> = panes.collect();
         let mut world = Self {
             glowing: false,
+            portals: Portals::new(&surfaces, |material| panes[material].is_some()),
             has_specular: any(&|k| k != Kind::Diffuse),
             has_glass: any(&|k| k == Kind::Glass),
             caster: Caster::new(&surfaces),
             kinds,
-            panes: panes.collect(),
+            panes,
             groups,
             surfaces,
             emitters,
+            outside: scene.materials.iter().map(|m| m.outside).collect(),
+            daylight,
         };
-        world.glowing = world.emitters_see_emitters() > 0.5;
+        world.glowing = world.daylight.is_none() && world.emitters_see_emitters() > 0.5;
         world
     }
 
@@ -102,6 +118,53 @@ impl World {
             }
         }
         if sent > 0.0 { landed / sent } else { 0.0 }
+    }
+
+    /// Number of groups of light: those of the emitters, then those of daylight.
+    #[must_use]
+    pub fn groups(&self) -> usize {
+        self.emitters.groups() + if self.daylight.is_some() { DAYLIGHT_GROUPS } else { 0 }
+    }
+
+    /// The first group of daylight.
+    #[must_use]
+    pub fn daylight_group(&self) -> Option<usize> {
+        self.daylight.as_ref().map(|_| self.emitters.groups())
+    }
+
+    /// Sky, sun and ground.
+    #[must_use]
+    pub fn daylight(&self) -> Option<&Daylight> {
+        self.daylight.as_ref()
+    }
+
+    /// Clear panes, as guides to the sky.
+    pub(super) fn portals(&self) -> &Portals {
+        &self.portals
+    }
+
+    /// What a ray sees that leaves the scene: the group, and π times its radiance per unit of the group.
+    #[must_use]
+    pub fn background(&self, direction: DVec3) -> Option<(usize, f64)> {
+        let (daylight, first) = (self.daylight.as_ref()?, self.daylight_group()?);
+        if direction.z < 0.0 {
+            return Some((first + GROUND, 1.0));
+        }
+        daylight.sky.map(|sky| (first + SKY, std::f64::consts::PI * sky.luminance(direction)))
+    }
+
+    /// π times the radiance of the sun per unit of its irradiance face on, where a direction meets its disc.
+    #[must_use]
+    pub fn sun_disc(&self, direction: DVec3) -> Option<f64> {
+        let sun = self.daylight.as_ref()?.sun?;
+        let radius = (0.5 * DIAMETER_DEG).to_radians();
+        (direction.z > 0.0 && direction.dot(sun) > radius.cos()).then(|| 1.0 / radius.sin().powi(2))
+    }
+
+    /// Does light that a surface reflects last come from outside?
+    #[must_use]
+    pub fn is_outside(&self, surface: u32) -> bool {
+        self.outside[self.surfaces.list[surface as usize].material]
     }
 
     /// What a ray does at a surface.

@@ -20,7 +20,12 @@ pub fn diffuse(name: &str, rho: f64) -> Material {
 
 /// A Lambertian material of any reflectance.
 pub fn painted(name: &str, rho: SpectralValue) -> Material {
-    Material { name: name.into(), kind: MaterialKind::Diffuse { front: rho.clone(), back: rho }, emission: None }
+    Material {
+        name: name.into(),
+        kind: MaterialKind::Diffuse { front: rho.clone(), back: rho },
+        emission: None,
+        outside: false,
+    }
 }
 
 /// Reflectances in the three bands of [`BandMode::Rgb`].
@@ -31,13 +36,13 @@ pub fn rgb(rho: [f64; 3]) -> SpectralValue {
 /// A plane mirror.
 pub fn mirror(rho: f64) -> Material {
     let kind = MaterialKind::Mirror { reflectance: SpectralValue::Grey(rho) };
-    Material { name: "mirror".into(), kind, emission: None }
+    Material { name: "mirror".into(), kind, emission: None, outside: false }
 }
 
 /// A pane of grey glass, index 1.52.
 pub fn glass(transmittance: f64) -> Material {
     let kind = MaterialKind::Glass { transmittance: SpectralValue::Grey(transmittance), refractive_index: 1.52 };
-    Material { name: "glass".into(), kind, emission: None }
+    Material { name: "glass".into(), kind, emission: None, outside: false }
 }
 
 /// Light of equal energy with an exitance in lm/m².
@@ -67,6 +72,7 @@ impl Build {
             bands: BandMode::Grey,
             grids: Vec::new(),
             views: Vec::new(),
+            daytime: None,
             axes: Axes::ZUp,
             inputs: Vec::new(),
             warnings: Vec::new(),

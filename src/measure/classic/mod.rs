@@ -32,8 +32,15 @@ const FIRST_PATCHES: u32 = 4;
 ///
 /// # Errors
 ///
-/// When the scene has mirrors or glass, needs too many patches, or has no finite solution.
+/// When the scene has daylight, mirrors or glass, needs too many patches, or has no finite solution.
 pub(super) fn run(task: &Task<'_>, mut record: Record) -> Result<Measurement> {
+    if task.world.daylight().is_some() {
+        return Err(Error::unsupported(format!(
+            "method {} knows no sky and no sun; the scene has [sky]",
+            record.method
+        ))
+        .mend("use the default method or path-tracing"));
+    }
     if task.world.has_specular() {
         return Err(Error::unsupported(format!(
             "method {} works with diffuse surfaces alone; the scene has mirrors or glass",
@@ -66,7 +73,8 @@ pub(super) fn run(task: &Task<'_>, mut record: Record) -> Result<Measurement> {
     if !views.is_empty() {
         record.timings_s.push(("pictures".into(), start.elapsed().as_secs_f64()));
     }
-    Ok(Measurement { bands: task.optics.bands.clone(), grids, views, ledger: ledger(task, &fine), record })
+    let (bands, ledger) = (task.optics.bands.clone(), ledger(task, &fine));
+    Ok(Measurement { bands, grids, views, ledger, record, outdoor_lx: None })
 }
 
 /// The mesh that tells the error: twice as coarse; of a single patch twice as fine.

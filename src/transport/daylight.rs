@@ -1,0 +1,315 @@
+//! Direct light of sky, ground and sun at a point.
+//!
+//! Nothing has to be declared an opening. The directions that a point looks to are divided into cells, each cell loses
+//! the shadow of its blockers exactly ([`Visible`]), and the sky is integrated over what is left, with the panes that
+//! stand before it. Cells with many blockers are divided further; at the last level rays take over. The sun is a disc of
+//! its own, clipped in the same way: penumbras are exact.
+
+use glam::DVec3;
+
+use super::caster::{MISS, Ray};
+use super::points::{Points, seed};
+use super::visible::{Piece, Visible, cone_planes};
+use super::world::{Kind, World};
+use crate::light::{above_plane, configuration_factor, sun};
+
+/// Groups of light that daylight adds behind those of the emitters.
+pub const DAYLIGHT_GROUPS: usize = 3;
+/// Which of them is which.
+pub const SKY: usize = 0;
+/// The endless ground.
+pub const GROUND: usize = 1;
+/// The sun's disc.
+pub const SUN: usize = 2;
+
+/// Blockers in a cell before it is divided.
+const MAX_BLOCKERS: usize = 40;
+/// Divisions of an octant: cells of about six degrees.
+const MAX_DEPTH: u32 = 4;
+/// Rays in a cell that is still too full, and over the sun's disc.
+const CELL_RAYS: u32 = 8;
+const SUN_RAYS: u32 = 64;
+/// Relative difference of two rules at which a triangle is not divided further: for elements, of which many are averaged,
+/// and for points that are reported.
+const QUADRATURE: f64 = 0.02;
+const FINE_QUADRATURE: f64 = 0.001;
+/// Cosine between corners of a triangle that is divided in any case: seven points are too few for so wide a view.
+const WIDE: f64 = 0.8;
+const QUADRATURE_DEPTH: u32 = 7;
+
+/// Buffers of one thread.
+#[derive(Debug, Default)]
+pub(super) struct SkyScratch {
+    visible: Visible,
+    blockers: Vec<u32>,
+    planes: Vec<DVec3>,
+    cover: Vec<DVec3>,
+    cut: Vec<DVec3>,
+    /// Integrate finely.
+    pub(super) fine: bool,
+}
+
+/// What looks where: a point with its normal, and the seed of the rays it may need.
+struct Eye<'a> {
+    world: &'a World,
+    x: DVec3,
+    normal: DVec3,
+    sample: u64,
+}
+
+/// Adds the factors of sky, ground and sun at a point to `out` (three numbers): irradiance per unit of the sky's
+/// horizontal irradiance, of the ground's exitance, of the sun's irradiance face on. Returns rays that chance chose.
+pub(super) fn daylight(
+    world: &World,
+    (x, normal): (DVec3, DVec3),
+    sample: u64,
+    parts: Parts,
+    s: &mut SkyScratch,
+    out: &mut [f64],
+) -> u64 {
+    let Some(light) = world.daylight() else { return 0 };
+    let eye = Eye { world, x, normal, sample };
+    let mut rays = 0;
+    if parts == Parts::All {
+        for octant in 0..8u64 {
+            let sign = |bit: u64| if octant >> bit & 1 == 1 { -1.0 } else { 1.0 };
+            let below = sign(2) < 0.0;
+            if (below && light.ground_reflectance == 0.0) || (!below && light.sky.is_none()) {
+                continue;
+            }
+            let corners = [DVec3::X * sign(0), DVec3::Y * sign(1), DVec3::Z * sign(2)];
+            let mut polygon = Vec::with_capacity(4);
+            above_plane(&corners, normal, 0.0, &mut polygon);
+            if polygon.len() >= 3 {
+                let group = if below { GROUND } else { SKY };
+                rays += eye.cell(&polygon, group, 0, octant, s, &mut out[group]);
+            }
+        }
+    }
+    rays + eye.sun(s, &mut out[SUN])
+}
+
+/// Which of the three lights are wanted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Parts {
+    All,
+    Sun,
+}
+
+impl Eye<'_> {
+    fn cell(&self, polygon: &[DVec3], group: usize, depth: u32, path: u64, s: &mut SkyScratch, out: &mut f64) -> u64 {
+        if self.is_covered(polygon, s) {
+            return 0;
+        }
+        cone_planes(polygon, &mut s.planes);
+        let ceiling = (self.normal, self.normal.dot(self.x));
+        let few = self.world.caster.in_cone(self.x, &s.planes, ceiling, MAX_BLOCKERS, &mut s.blockers);
+        if few {
+            // Large blockers first: most of a room's pieces are gone after one or two.
+            let list = &self.world.surfaces.list;
+            s.blockers.sort_unstable_by(|a, b| {
+                list[*b as usize].area.total_cmp(&list[*a as usize].area).then_with(|| a.cmp(b))
+            });
+            if s.visible.clip(self.world, self.x, (self.normal, 1e-9), polygon, s.blockers.iter().copied()) {
+                let limit = if s.fine { FINE_QUADRATURE } else { QUADRATURE };
+                for piece in &s.visible.pieces {
+                    *out += self.integrate(piece, group, limit);
+                }
+                return 0;
+            }
+        }
+        if depth == MAX_DEPTH {
+            return self.sampled(polygon, group, path, out);
+        }
+        let mut rays = 0;
+        for (k, part) in divide(polygon).iter().enumerate() {
+            rays += self.cell(part, group, depth + 1, path * 8 + k as u64 + 1, s, out);
+        }
+        rays
+    }
+
+    /// Does the surface in the middle of the cell hide all of it?
+    fn is_covered(&self, polygon: &[DVec3], s: &mut SkyScratch) -> bool {
+        let middle = polygon.iter().map(|p| p.normalize()).sum::<DVec3>().normalize();
+        let hit = self.world.caster.closest(&Ray::new(self.x, middle));
+        if hit.surface == MISS || self.world.kind(hit.surface) == Kind::Glass {
+            return false;
+        }
+        s.cut.clear();
+        s.cut.extend(self.world.surfaces.list[hit.surface as usize].vertices.iter().map(|v| *v - self.x));
+        cone_planes(&s.cut, &mut s.cover);
+        polygon.iter().all(|p| s.cover.iter().all(|n| n.dot(*p) >= -1e-12))
+    }
+
+    /// Share of light left by the panes of a piece, in a direction.
+    fn passed(&self, panes: &[u32], direction: DVec3) -> f64 {
+        panes
+            .iter()
+            .map(|p| {
+                let cosine = self.world.surfaces.list[*p as usize].normal.dot(direction).abs();
+                self.world.pane(*p).map_or(0.0, |pane| pane.transmittance(cosine))
+            })
+            .product()
+    }
+
+    /// Luminance of a direction per unit of its group.
+    fn luminance(&self, group: usize, direction: DVec3) -> f64 {
+        if group == GROUND {
+            return std::f64::consts::FRAC_1_PI;
+        }
+        self.world.daylight().and_then(|d| d.sky).map_or(0.0, |sky| sky.luminance(direction))
+    }
+
+    fn integrate(&self, piece: &Piece, group: usize, limit: f64) -> f64 {
+        let is_flat = group == GROUND || self.world.daylight().and_then(|d| d.sky).is_some_and(|s| s.is_uniform());
+        if is_flat && piece.panes().is_empty() {
+            return configuration_factor(&piece.polygon, self.normal);
+        }
+        let f = |p: DVec3| {
+            let squared = p.length_squared();
+            let length = squared.sqrt();
+            let direction = p / length;
+            let light = self.luminance(group, direction) * self.passed(piece.panes(), direction);
+            light * self.normal.dot(direction).max(0.0) / (squared * length)
+        };
+        let first = piece.polygon[0];
+        piece
+            .polygon
+            .windows(2)
+            .skip(1)
+            .map(|e| {
+                let triangle = [first, e[0], e[1]];
+                let volume = first.dot(e[0].cross(e[1])).abs();
+                volume * triangle_integral(&f, triangle, limit, QUADRATURE_DEPTH)
+            })
+            .sum()
+    }
+
+    /// A cell with too many blockers: well-spread rays.
+    fn sampled(&self, polygon: &[DVec3], group: usize, path: u64, out: &mut f64) -> u64 {
+        let points = Points::new(seed(&[self.sample, path]));
+        let mut sum = 0.0;
+        let mut rays = 0;
+        let first = polygon[0];
+        for e in polygon.windows(2).skip(1) {
+            let volume = first.dot(e[0].cross(e[1])).abs();
+            for k in 0..CELL_RAYS {
+                let (a, b) = points.pair(k, 0);
+                let root = b.sqrt();
+                let p = first + ((e[0] - first) * (1.0 - a) + (e[1] - first) * a) * root;
+                let (squared, direction) = (p.length_squared(), p.normalize());
+                let weight = 0.5 * volume * self.normal.dot(direction).max(0.0) / (squared * squared.sqrt());
+                let left = transmittance_out(self.world, self.x, direction, &mut rays);
+                sum += weight * left * self.luminance(group, direction) / f64::from(CELL_RAYS);
+            }
+        }
+        *out += sum;
+        rays
+    }
+
+    fn sun(&self, s: &mut SkyScratch, out: &mut f64) -> u64 {
+        let Some(direction) = self.world.daylight().and_then(|d| d.sun) else { return 0 };
+        let disc = sun::disc(direction);
+        let face_on = configuration_factor(&disc, direction);
+        let mut above = Vec::with_capacity(16);
+        let mut polygon = Vec::with_capacity(16);
+        above_plane(&disc, self.normal, 0.0, &mut above);
+        above_plane(&above, DVec3::Z, 0.0, &mut polygon);
+        if polygon.len() < 3 {
+            return 0;
+        }
+        cone_planes(&polygon, &mut s.planes);
+        let ceiling = (self.normal, self.normal.dot(self.x));
+        let few = self.world.caster.in_cone(self.x, &s.planes, ceiling, MAX_BLOCKERS, &mut s.blockers);
+        if few && s.visible.clip(self.world, self.x, (self.normal, 1e-9), &polygon, s.blockers.iter().copied()) {
+            for piece in &s.visible.pieces {
+                let passed = self.passed(piece.panes(), direction);
+                *out += passed * configuration_factor(&piece.polygon, self.normal) / face_on;
+            }
+            return 0;
+        }
+        let points = Points::new(seed(&[self.sample, 99]));
+        let mut rays = 0;
+        let share: f64 = (0..SUN_RAYS)
+            .map(|k| {
+                let (a, b) = points.pair(k, 0);
+                transmittance_out(self.world, self.x, sun_direction(&disc, a, b), &mut rays)
+            })
+            .sum();
+        *out += share / f64::from(SUN_RAYS) * configuration_factor(&polygon, self.normal) / face_on;
+        rays
+    }
+}
+
+/// A direction to the sun's disc from a point of the unit square.
+#[must_use]
+pub fn sun_direction(disc: &[DVec3], a: f64, b: f64) -> DVec3 {
+    let centre = disc.iter().sum::<DVec3>() / disc.len() as f64;
+    let place = a * disc.len() as f64;
+    let k = (place as usize).min(disc.len() - 1);
+    let (p, q) = (disc[k] - centre, disc[(k + 1) % disc.len()] - centre);
+    let across = place - k as f64;
+    (centre + (p * (1.0 - across) + q * across) * b.sqrt()).normalize()
+}
+
+/// What is left of light that comes from outside along `−direction`: clear panes attenuate, all else blocks.
+pub fn transmittance_out(world: &World, x: DVec3, direction: DVec3, rays: &mut u64) -> f64 {
+    let mut start = x;
+    let mut left = 1.0;
+    for _ in 0..16 {
+        let ray = Ray::new(start, direction);
+        let hit = world.caster.closest(&ray);
+        *rays += 1;
+        if hit.surface == MISS {
+            return left;
+        }
+        let Some(pane) = world.pane(hit.surface) else { return 0.0 };
+        let cosine = world.surfaces.list[hit.surface as usize].normal.dot(direction).abs();
+        left *= pane.transmittance(cosine);
+        start = ray.at(hit.t) + direction * world.skin();
+    }
+    0.0
+}
+
+/// Smaller cones that make up one: triangles of a polygon, quarters of a triangle.
+fn divide(polygon: &[DVec3]) -> Vec<Vec<DVec3>> {
+    if let [a, b, c] = *polygon {
+        let (ab, bc, ca) = ((a + b).normalize(), (b + c).normalize(), (c + a).normalize());
+        return vec![vec![a, ab, ca], vec![ab, b, bc], vec![ca, bc, c], vec![ab, bc, ca]];
+    }
+    polygon.windows(2).skip(1).map(|e| vec![polygon[0], e[0], e[1]]).collect()
+}
+
+/// Seven points of a triangle, exact to the fifth degree (Radon 1948): weight, and the place between the corners.
+const RULE: [(f64, [f64; 3]); 7] = {
+    const A: f64 = 0.470_142_064_105_115_1;
+    const B: f64 = 0.101_286_507_323_456_34;
+    const WA: f64 = 0.132_394_152_788_506_2;
+    const WB: f64 = 0.125_939_180_544_827_15;
+    [
+        (0.225, [1.0 / 3.0; 3]),
+        (WA, [A, A, 1.0 - 2.0 * A]),
+        (WA, [A, 1.0 - 2.0 * A, A]),
+        (WA, [1.0 - 2.0 * A, A, A]),
+        (WB, [B, B, 1.0 - 2.0 * B]),
+        (WB, [B, 1.0 - 2.0 * B, B]),
+        (WB, [1.0 - 2.0 * B, B, B]),
+    ]
+};
+
+/// Half the mean of `f` over a triangle, divided in four until two rules of first degree come near to that of the fifth:
+/// the error of the latter is then far smaller.
+fn triangle_integral(f: &impl Fn(DVec3) -> f64, [a, b, c]: [DVec3; 3], limit: f64, depth: u32) -> f64 {
+    let values = RULE.map(|(w, [x, y, z])| (w, f(a * x + b * y + c * z)));
+    let fine: f64 = values.iter().map(|(w, v)| w * v).sum();
+    let mean = |part: &[(f64, f64)]| part.iter().map(|(_, v)| v).sum::<f64>() / 3.0;
+    let off = (mean(&values[1..4]) - fine).abs().max((mean(&values[4..]) - fine).abs());
+    let is_wide = a.dot(b).min(b.dot(c)).min(c.dot(a))
+        < WIDE * a.length_squared().min(b.length_squared()).min(c.length_squared());
+    if depth == 0 || (off <= limit * fine && !is_wide) {
+        return 0.5 * fine;
+    }
+    let (ab, bc, ca) = ((a + b) * 0.5, (b + c) * 0.5, (c + a) * 0.5);
+    let parts = [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]];
+    0.25 * parts.map(|t| triangle_integral(f, t, limit, depth - 1)).iter().sum::<f64>()
+}
