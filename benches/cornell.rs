@@ -53,7 +53,7 @@ fn sensors() {
 }
 
 fn picture() {
-    let scene = scene("cornell.toml");
+    let scene = scene("scene.toml");
     println!("Cornell box with its picture of 512 x 512 pixels, 76 bands, tolerance 5 %");
     let (m, took) = timed(|| run(&scene, 0.05));
     println!(

@@ -13,6 +13,7 @@
 //! | [`transport`] | scene, elements | who sees whom: rays, rows |
 //! | [`solve`] | rows, reflectances, direct light | radiosity of every element in every band |
 //! | [`measure`] | everything above, a tolerance | sensors and pixels, each with its error |
+//! | [`chart`] | a scene | speed against accuracy of every method on it |
 //! | [`report`] | a [`measure::Measurement`] | CSV, maps, EXR, HDR, PNG, `run.json` |
 //!
 //! # Glossary
@@ -30,6 +31,7 @@
 //! Surfaces are Lambertian reflectors, plane mirrors or thin clear glass. There is no fluorescence, no
 //! polarisation (except inside the Fresnel formulas of glass) and no participating medium.
 
+pub mod chart;
 pub mod cli;
 pub mod error;
 pub mod light;

@@ -2,27 +2,29 @@
 
 mod common;
 
-use clerestory::measure::Method;
+use clerestory::measure::{Method, SolveOptions};
 use clerestory::spectrum::BandMode;
 use common::{Build, Cover, at, cube, furnished, glass, mirror, only, paths, solve, within};
 use glam::DVec3;
 
-/// Solves by both methods and enters every sensor, in lux and in every band.
+/// Solves by both methods and enters every sensor, in lux and in every band, with three seeds: what the rows lack, the
+/// sensors of one run lack together.
 fn compare(b: &Build, tolerance: f64, count: u64) -> Cover {
-    let mut auto = within(tolerance);
-    auto.spectral = true;
     let mut traced = paths(count);
     traced.spectral = true;
-    let (a, t) = (solve(&b.0, &auto), solve(&b.0, &traced));
-    assert_eq!((a.record.method.as_str(), t.record.method.as_str()), ("auto", "path-tracing"));
+    let t = solve(&b.0, &traced);
     let mut cover = Cover::default();
-    for (a, t) in a.grids.iter().zip(&t.grids) {
-        cover.enter_pair(a, t, &a.name);
-        for (i, (a, t)) in a.sensors.iter().zip(&t.sensors).enumerate() {
-            assert_eq!(a.status, t.status);
-            for (band, (x, y)) in a.spectral.iter().zip(&t.spectral).enumerate() {
-                let what = format!("sensor {i} band {band}");
-                cover.enter(x.irradiance, x.error.hypot(y.error), 0.0, y.irradiance, what);
+    for seed in 1..=3 {
+        let a = solve(&b.0, &SolveOptions { spectral: true, seed, ..within(tolerance) });
+        assert_eq!((a.record.method.as_str(), t.record.method.as_str()), ("auto", "path-tracing"));
+        for (a, t) in a.grids.iter().zip(&t.grids) {
+            cover.enter_pair(a, t, &a.name);
+            for (i, (a, t)) in a.sensors.iter().zip(&t.sensors).enumerate() {
+                assert_eq!(a.status, t.status);
+                for (band, (x, y)) in a.spectral.iter().zip(&t.spectral).enumerate() {
+                    let what = format!("sensor {i} band {band} seed {seed}");
+                    cover.enter(x.irradiance, x.error.hypot(y.error), 0.0, y.irradiance, what);
+                }
             }
         }
     }
@@ -45,27 +47,30 @@ fn with_sensors(mut b: Build) -> Build {
     b
 }
 
-#[test]
-fn both_methods_agree_in_a_furnished_room_in_three_bands() {
-    let mut b = with_sensors(furnished());
-    b.bands(BandMode::Rgb);
-    compare(&b, 0.03, 16_384).assert_95();
-}
-
-#[test]
-fn both_methods_agree_in_a_furnished_room_in_eight_bands() {
-    let mut b = with_sensors(furnished());
-    b.bands(BandMode::Step { step_nm: 40.0, lo_nm: 400.0, hi_nm: 720.0 });
-    compare(&b, 0.05, 8192).assert_95();
-}
-
-#[test]
-fn both_methods_agree_with_a_mirror_and_a_pane() {
+fn with_mirror_and_pane() -> Build {
     let mut b = furnished();
     let (mirror, pane) = (b.material(mirror(0.8)), b.material(glass(0.7)));
     b.rectangle(at(0.02, 0.5, 0.5), DVec3::Y * 2.0, DVec3::Z * 1.5, mirror);
     b.rectangle(at(2.2, 0.0, 0.0), DVec3::Y * 3.0, DVec3::Z * 2.0, pane);
-    compare(&with_sensors(b), 0.03, 16_384).assert_95();
+    with_sensors(b)
+}
+
+/// The claim of a stated error: 95 % of the points over all scenes, and no scene below 85 %.
+#[test]
+fn both_methods_agree_within_their_errors() {
+    let mut three = with_sensors(furnished());
+    three.bands(BandMode::Rgb);
+    let mut eight = with_sensors(furnished());
+    eight.bands(BandMode::Step { step_nm: 40.0, lo_nm: 400.0, hi_nm: 720.0 });
+    let mut all = Cover::default();
+    for cover in
+        [compare(&three, 0.03, 65_536), compare(&eight, 0.05, 32_768), compare(&with_mirror_and_pane(), 0.03, 65_536)]
+    {
+        eprintln!("{:.1} % of {}", 100.0 * cover.share(), cover.list.len());
+        assert!(cover.share() >= 0.85, "{:#?}", cover.misses());
+        all.list.extend(cover.list);
+    }
+    all.assert_95();
 }
 
 #[test]

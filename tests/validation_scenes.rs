@@ -19,7 +19,7 @@ fn area(scene: &Scene, material: &str) -> f64 {
 
 #[test]
 fn the_cornell_box_has_its_published_areas_and_no_trouble() {
-    let scene = load("cornell/cornell.toml");
+    let scene = load("cornell/scene.toml");
     assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
     assert!(scene::check(&scene).iter().all(|d| d.severity == Severity::Info));
     // mm² of the published quads; the ceiling's hole and the lamp in it make up the published ceiling.
@@ -33,7 +33,7 @@ fn the_cornell_box_has_its_published_areas_and_no_trouble() {
 
 #[test]
 fn the_cornell_lamp_has_its_stated_luminance() {
-    let scene = load("cornell/cornell.toml");
+    let scene = load("cornell/scene.toml");
     let lamp = scene.materials.iter().find(|m| m.name == "light").and_then(|m| m.emission.as_ref()).expect("it emits");
     assert!((lamp.radiance.luminous() - 10_000.0).abs() < 1e-6);
     assert!((lamp.radiance.at(600.0) / lamp.radiance.at(500.0) - 15.6 / 8.0).abs() < 1e-12);
@@ -41,7 +41,7 @@ fn the_cornell_lamp_has_its_stated_luminance() {
 
 #[test]
 fn every_cornell_sensor_lies_on_a_face_and_looks_as_it_does() {
-    let scene = load("cornell/cornell.toml");
+    let scene = load("cornell/scene.toml");
     assert_eq!(scene.grids.len(), 5);
     for grid in &scene.grids {
         assert_eq!(grid.sensors.len(), 100);

@@ -3,6 +3,7 @@
 //! Results go to standard output, all else to standard error. Exit codes: 0 done; 2 bad input or usage;
 //! 3 done, but fewer than 95 % of some grid's sensors hold the tolerance; 1 anything else.
 
+mod chart;
 mod check;
 mod cpu;
 mod progress;
@@ -14,6 +15,8 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use crate::error::ErrorKind;
+use crate::measure::{Display, Method};
 use crate::scene;
 use crate::{Error, Result};
 
@@ -43,6 +46,8 @@ Exit codes:
 enum Command {
     /// Compute everything the scene asks for: tables, maps and pictures.
     Solve(SolveArgs),
+    /// Measure speed against accuracy of every method on this scene: table and picture.
+    Chart(ChartArgs),
     /// Find leaks, flipped normals and misplaced sensors before they cost an hour.
     Check(CheckArgs),
     /// Print the JSON Schema of the scene file, for editors.
@@ -67,6 +72,15 @@ struct SolveArgs {
     /// Report every band, and hold the tolerance in every band.
     #[arg(long)]
     spectral: bool,
+    /// Patches along the longest side; with the classic methods only.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=512))]
+    patches: Option<u32>,
+    /// Shots; with --method progressive only.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    shots: Option<u64>,
+    /// What sensors on a patch show; with the classic methods only [default: gather].
+    #[arg(long, value_enum)]
+    display: Option<DisplayArg>,
     /// Paths per sensor; with --method path-tracing only.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     paths: Option<u64>,
@@ -99,13 +113,89 @@ struct CheckArgs {
     json: bool,
 }
 
+/// Arguments of `chart`.
+#[derive(Args, Debug)]
+struct ChartArgs {
+    /// The scene file (TOML); its grids are compared, its views are not.
+    scene: PathBuf,
+    /// Folder for the results [default: ./out/<name of the scene file>].
+    #[arg(short, long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Measured points of other programs: a CSV with the columns of chart.csv (method, cpu_s and rms_rel at least).
+    #[arg(long, value_name = "FILE")]
+    peer: Vec<PathBuf>,
+    /// Five repeats, longer ladders, a better reference and a second one: an hour instead of minutes.
+    #[arg(long)]
+    full: bool,
+    /// Threads [default: all processors].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    threads: Option<u32>,
+    /// Seed of all random numbers.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// No progress.
+    #[arg(long)]
+    quiet: bool,
+}
+
 /// How to solve.
-#[derive(Clone, Copy, Debug, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum MethodArg {
     /// Sensor-driven radiosity with a final gather: the program chooses all settings.
     Auto,
-    /// The unbiased reference: simple, slow, the judge of the other.
+    /// The unbiased reference: simple, slow, the judge of the others.
     PathTracing,
+    /// Classic: analytic form factors, Gaussian elimination.
+    FullMatrix,
+    /// Classic: analytic form factors, Gauss-Seidel gathering.
+    Gathering,
+    /// Classic: analytic form factors, Southwell shooting.
+    Shooting,
+    /// Classic: shooting with form factors on demand and the ambient term.
+    Progressive,
+    /// Classic: analytic form factors, conjugate gradients.
+    ConjugateGradients,
+    /// Classic: hemicube form factors, gathering.
+    Hemicube,
+    /// Classic: form factors by rays to discs, shooting.
+    Discs,
+}
+
+impl From<MethodArg> for Method {
+    fn from(arg: MethodArg) -> Self {
+        match arg {
+            MethodArg::Auto => Self::Auto,
+            MethodArg::PathTracing => Self::PathTracing,
+            MethodArg::FullMatrix => Self::FullMatrix,
+            MethodArg::Gathering => Self::Gathering,
+            MethodArg::Shooting => Self::Shooting,
+            MethodArg::Progressive => Self::Progressive,
+            MethodArg::ConjugateGradients => Self::ConjugateGradients,
+            MethodArg::Hemicube => Self::Hemicube,
+            MethodArg::Discs => Self::Discs,
+        }
+    }
+}
+
+/// What sensors on a patch show.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum DisplayArg {
+    /// A gather from all patches at the sensor itself.
+    Gather,
+    /// Linear between patches.
+    Bilinear,
+    /// The value of the patch.
+    Constant,
+}
+
+impl From<DisplayArg> for Display {
+    fn from(arg: DisplayArg) -> Self {
+        match arg {
+            DisplayArg::Gather => Self::Gather,
+            DisplayArg::Bilinear => Self::Bilinear,
+            DisplayArg::Constant => Self::Constant,
+        }
+    }
 }
 
 /// A tolerance as `5%` or `0.05`, as a fraction.
@@ -135,10 +225,20 @@ pub fn run() -> ExitCode {
     };
     let outcome = match &cli.command {
         Command::Solve(args) => solve::run(args),
+        Command::Chart(args) => chart::run(args),
         Command::Check(args) => check::run(args),
         Command::Schema => schema(),
     };
     outcome.unwrap_or_else(|e| fail(&e))
+}
+
+/// Threads to work with: as many as asked for, or one for each processor.
+fn pool(threads: Option<u32>) -> Result<rayon::ThreadPool> {
+    let count = threads.map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), |n| n as usize);
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(count)
+        .build()
+        .map_err(|e| Error::new(ErrorKind::Internal, format!("no threads: {e}")))
 }
 
 /// Prints an error and gives its exit code.

@@ -6,8 +6,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use super::{MethodArg, SolveArgs, cpu, print, progress};
-use crate::error::ErrorKind;
-use crate::measure::{self, GridResult, Ledger, Measurement, Method, SolveOptions, Status};
+use crate::measure::{self, Display, GridResult, Ledger, Measurement, SolveOptions, Status};
 use crate::report::{self, Provenance};
 use crate::scene::{self, Scene};
 use crate::{Error, Result};
@@ -19,17 +18,9 @@ const EXIT_NOT_HELD: u8 = 3;
 
 /// Reads, solves, writes, and says what came out.
 pub(super) fn run(args: &SolveArgs) -> Result<ExitCode> {
-    if args.paths.is_some() && matches!(args.method, MethodArg::Auto) {
-        return Err(Error::malformed("--paths goes with --method path-tracing")
-            .mend("add --method path-tracing, or leave --paths out"));
-    }
+    check_method(args)?;
     let start = Instant::now();
-    let threads =
-        args.threads.map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), |n| n as usize);
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()
-        .map_err(|e| Error::new(ErrorKind::Internal, format!("no threads: {e}")))?;
+    let pool = super::pool(args.threads)?;
     let scene = scene::load(&args.scene)?;
     warn(args, &scene.warnings);
     let measurement = {
@@ -40,7 +31,7 @@ pub(super) fn run(args: &SolveArgs) -> Result<ExitCode> {
     let provenance = Provenance {
         version: env!("CARGO_PKG_VERSION").to_owned(),
         command: std::env::args().collect(),
-        threads,
+        threads: pool.current_num_threads(),
         cpu_s: cpu::seconds(),
         wall_s: start.elapsed().as_secs_f64(),
     };
@@ -54,16 +45,34 @@ pub(super) fn run(args: &SolveArgs) -> Result<ExitCode> {
     Ok(exit_code(&measurement))
 }
 
+/// Refuses settings that the method does not have.
+fn check_method(args: &SolveArgs) -> Result<()> {
+    let is_classic = !matches!(args.method, MethodArg::Auto | MethodArg::PathTracing);
+    let misplaced = [
+        ("--paths", args.paths.is_some() && args.method != MethodArg::PathTracing, "--method path-tracing"),
+        ("--shots", args.shots.is_some() && args.method != MethodArg::Progressive, "--method progressive"),
+        ("--patches", args.patches.is_some() && !is_classic, "a classic --method, as full-matrix"),
+        ("--display", args.display.is_some() && !is_classic, "a classic --method, as full-matrix"),
+    ];
+    match misplaced.iter().find(|(_, wrong, _)| *wrong) {
+        Some((flag, _, method)) => {
+            Err(Error::malformed(format!("{flag} goes with {method}"))
+                .mend(format!("add {method}, or leave {flag} out")))
+        }
+        None => Ok(()),
+    }
+}
+
 fn options(args: &SolveArgs) -> SolveOptions {
     SolveOptions {
         tolerance: args.tolerance,
-        method: match args.method {
-            MethodArg::Auto => Method::Auto,
-            MethodArg::PathTracing => Method::PathTracing,
-        },
+        method: args.method.into(),
         spectral: args.spectral,
         seed: args.seed,
         paths: args.paths,
+        patches: args.patches,
+        shots: args.shots,
+        display: args.display.map_or_else(Display::default, Display::from),
     }
 }
 

@@ -398,7 +398,8 @@ impl Task<'_> {
             return Plan::Stop;
         }
         let rays = |s: &SensorState| REPLICAS as f64 * f64::from(s.wanted);
-        let all_rays: f64 = grids.iter().flatten().filter(|s| s.probe.status == Status::Ok).map(rays).sum();
+        let lit = || grids.iter().flatten().filter(|s| s.probe.status == Status::Ok);
+        let (all_rays, lit): (f64, usize) = (lit().map(rays).sum(), lit().count());
         let mut again = false;
         let mut blaming = Vec::new();
         for (s, quantities) in grids.iter_mut().zip(&open).flat_map(|(g, q)| g.iter_mut().map(move |s| (s, q))) {
@@ -417,7 +418,9 @@ impl Task<'_> {
         let cost_of_mesh = 2.0 * 1.25 * growth * (elements * ROW_RAYS) as f64 + all_rays;
         let cost_of_paths: f64 = blaming.iter().map(|(s, _)| 2.0 * PATHS_WANT * rays(s)).sum();
         let may_refine = 2 * elements <= REFINED_ELEMENTS;
-        let further = (!may_refine || cost_of_paths < cost_of_mesh)
+        // What most sensors blame on the mesh is no matter of corners.
+        let few = 2 * blaming.len() <= lit && cost_of_paths < cost_of_mesh;
+        let further = (few || !may_refine)
             && blaming.iter_mut().fold(false, |any, (s, _)| s.look_further(*size, self.optics.pad) || any);
         if may_refine && !further && !blaming.is_empty() {
             *size /= growth.sqrt();

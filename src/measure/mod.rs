@@ -6,6 +6,7 @@
 
 mod adaptive;
 mod camera;
+mod classic;
 mod gather;
 mod ledger;
 mod options;
@@ -16,6 +17,6 @@ mod run;
 mod statement;
 mod view;
 
-pub use options::{Method, Progress, Silent, SolveOptions};
+pub use options::{Display, Method, Progress, Silent, SolveOptions};
 pub use result::*;
 pub use run::solve;

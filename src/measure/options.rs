@@ -13,11 +13,26 @@ pub struct SolveOptions {
     pub seed: u64,
     /// Paths per sensor for [`Method::PathTracing`]; chosen from the tolerance when absent.
     pub paths: Option<u64>,
+    /// Patches along the longest side of any surface, for the classic methods; chosen from the tolerance when absent.
+    pub patches: Option<u32>,
+    /// Shots for [`Method::Progressive`]; chosen from the tolerance when absent.
+    pub shots: Option<u64>,
+    /// How the classic methods read sensors that lie on a patch.
+    pub display: Display,
 }
 
 impl Default for SolveOptions {
     fn default() -> Self {
-        Self { tolerance: 0.05, method: Method::Auto, spectral: false, seed: 1, paths: None }
+        Self {
+            tolerance: 0.05,
+            method: Method::Auto,
+            spectral: false,
+            seed: 1,
+            paths: None,
+            patches: None,
+            shots: None,
+            display: Display::Gather,
+        }
     }
 }
 
@@ -29,6 +44,50 @@ pub enum Method {
     Auto,
     /// The unbiased reference.
     PathTracing,
+    /// Analytic form factors, Gaussian elimination (Goral et al. 1984).
+    FullMatrix,
+    /// Analytic form factors, Gauss-Seidel gathering.
+    Gathering,
+    /// Analytic form factors, Southwell shooting.
+    Shooting,
+    /// Shooting with form factors on demand and the ambient term (Cohen et al. 1988).
+    Progressive,
+    /// Analytic form factors, conjugate gradients.
+    ConjugateGradients,
+    /// Hemicube form factors, gathering (Cohen and Greenberg 1985).
+    Hemicube,
+    /// Ray-traced discs, shooting (Wallace et al. 1989).
+    Discs,
+}
+
+impl Method {
+    /// The name a user knows it by.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::PathTracing => "path-tracing",
+            Self::FullMatrix => "full-matrix",
+            Self::Gathering => "gathering",
+            Self::Shooting => "shooting",
+            Self::Progressive => "progressive",
+            Self::ConjugateGradients => "conjugate-gradients",
+            Self::Hemicube => "hemicube",
+            Self::Discs => "discs",
+        }
+    }
+}
+
+/// What a sensor on a patch shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Display {
+    /// A gather from all patches at the sensor itself.
+    #[default]
+    Gather,
+    /// Linear between the middles of patches.
+    Bilinear,
+    /// The patch's own value.
+    Constant,
 }
 
 /// Told how the work goes on.

@@ -39,7 +39,7 @@ impl Probe {
 }
 
 /// The surface that a point lies on with the given normal, and which side faces that way.
-fn surface_below(world: &World, p: DVec3, normal: DVec3) -> Option<(usize, bool)> {
+pub(super) fn surface_below(world: &World, p: DVec3, normal: DVec3) -> Option<(usize, bool)> {
     let ray = Ray::to(p + normal * ON_SURFACE, -normal, (2.0 * ON_SURFACE) as f32);
     let hit = world.caster.closest(&ray);
     if hit.surface == MISS {

@@ -11,7 +11,7 @@ use super::probe::hidden;
 use super::result::{
     BandValue, GridResult, Ledger, LeftOut, Measurement, Record, SensorResult, Setting, Status, ViewResult,
 };
-use super::{ledger, path_tracing, view};
+use super::{classic, ledger, path_tracing, view};
 use crate::error::{Error, Result};
 use crate::light::{Daylight, Emitter};
 use crate::scene::{MaterialKind, Scene};
@@ -41,10 +41,7 @@ pub fn solve(scene: &Scene, options: &SolveOptions, progress: &dyn Progress) -> 
     let (bands, why) = plan_bands(scene, world.daylight(), options.tolerance)?;
     let optics = Optics::new(scene, &world, bands);
     let mut record = Record {
-        method: match options.method {
-            Method::Auto => "auto".into(),
-            Method::PathTracing => "path-tracing".into(),
-        },
+        method: options.method.name().into(),
         seed: options.seed,
         tolerance: options.tolerance,
         settings: vec![Setting { name: "bands".into(), value: optics.bands.len().to_string(), why }],
@@ -67,6 +64,7 @@ pub fn solve(scene: &Scene, options: &SolveOptions, progress: &dyn Progress) -> 
     match options.method {
         Method::Auto => by_radiosity(&task, record),
         Method::PathTracing => Ok(by_path_tracing(&task, record)),
+        _ => classic::run(&task, record),
     }
 }
 
@@ -291,7 +289,7 @@ fn by_path_tracing(task: &Task<'_>, mut record: Record) -> Measurement {
 }
 
 /// Sensors whose half-widths hold the tolerance, in lux and in every band reported.
-fn count_holding(grid: &GridResult, tolerance: f64) -> usize {
+pub(super) fn count_holding(grid: &GridResult, tolerance: f64) -> usize {
     let lit = || grid.sensors.iter().filter(|s| s.status == Status::Ok);
     let n = lit().count().max(1) as f64;
     let mean_lx = lit().map(|s| s.xyz[1]).sum::<f64>() / n;

@@ -38,6 +38,12 @@ pub(super) struct Readings {
     pub(super) memory: Memory,
 }
 
+impl Readings {
+    fn difference(&self) -> [[f64; REPLICAS]; REPLICAS] {
+        std::array::from_fn(|a| std::array::from_fn(|b| self.main[a][b] - self.twin[a][b]))
+    }
+}
+
 /// What rounds before this one told of the noise of a sensor.
 ///
 /// Four replicas alone tell a variance with three degrees of freedom: often far too small, and a loop that stops as
@@ -97,6 +103,8 @@ impl Stated {
 struct Parts {
     value: f64,
     memory: Memory,
+    /// Variance that the rows leave, as this round's replicas alone tell it.
+    own_rows: f64,
     naive: f64,
     x: f64,
 }
@@ -116,11 +124,26 @@ fn crossed(m: &[[f64; REPLICAS]; REPLICAS]) -> (f64, f64, f64) {
     (mean, variance(&by_set), variance(&by_solution))
 }
 
+/// Square of the mean, without what noise adds to it.
+fn square(m: &[[f64; REPLICAS]; REPLICAS]) -> f64 {
+    let (mean, v_rays, v_rows) = crossed(m);
+    mean * mean - v_rays - v_rows
+}
+
+/// Square of the relative difference between mesh and twin that all sensors of a grid share. Noise drowns it in each.
+fn shared_square(readings: &[Readings], scales: &[f64]) -> f64 {
+    let mut mean = [[0.0; REPLICAS]; REPLICAS];
+    for (r, scale) in readings.iter().zip(scales).filter(|(_, s)| **s > 0.0) {
+        let d = r.difference();
+        for (sum, d) in mean.as_flattened_mut().iter_mut().zip(d.as_flattened()) {
+            *sum += d / (scale * readings.len() as f64);
+        }
+    }
+    square(&mean)
+}
+
 fn parts(reading: &Readings) -> Parts {
     let (value, v_rays, v_rows) = crossed(&reading.main);
-    let difference: [[f64; REPLICAS]; REPLICAS] =
-        std::array::from_fn(|a| std::array::from_fn(|b| reading.main[a][b] - reading.twin[a][b]));
-    let (d, d_rays, d_rows) = crossed(&difference);
     let (_, _, twin_rows) = crossed(&reading.twin);
     let own = |estimate: f64| Known { estimate, freedom: OWN };
     // The square of a mean, taken from another mean, can come out much too small.
@@ -129,7 +152,7 @@ fn parts(reading: &Readings) -> Parts {
         rows: own(v_rows).and(own(twin_rows * TWIN_AREA)).and(reading.memory.rows),
         design: own(if naive > 0.0 { v_rays / naive } else { 0.0 }).and(reading.memory.design),
     };
-    Parts { value, memory, naive, x: d * d - d_rays - d_rows }
+    Parts { value, memory, own_rows: v_rows, naive, x: square(&reading.difference()) }
 }
 
 /// Variance of well-spread rays against that of as many independent ones, pooled.
@@ -154,7 +177,8 @@ pub(super) fn state(readings: &[Readings], iteration: f64) -> Vec<Stated> {
     let design_of_grid = sum(&relative(&Parts::v_rays)) / sum(&relative(&|p| p.naive)).max(1e-300);
     let rows_of_grid = sum(&relative(&|p| p.memory.rows.estimate)) / count;
     let x = relative(&|p| p.x);
-    let floor = (median(x.iter().map(|x| x.max(0.0)).collect()) / MEDIAN_SQUARE).min(sum(&x) / count);
+    let typical = (median(x.iter().map(|x| x.max(0.0)).collect()) / MEDIAN_SQUARE).min(sum(&x) / count);
+    let floor = typical.max(shared_square(readings, &scales));
     parts
         .iter()
         .zip(&scales)
@@ -163,7 +187,8 @@ pub(super) fn state(readings: &[Readings], iteration: f64) -> Vec<Stated> {
             let pool = |estimate, freedom| Known { estimate, freedom };
             let design = p.memory.design.and(pool(design_of_grid, POOLED_RAYS));
             let of_rows = p.memory.rows.and(pool(rows_of_grid * scale * scale, POOLED_ROWS));
-            let (rays, rows) = (design.estimate * p.naive, of_rows.estimate);
+            // What is pooled may warn, but not soothe.
+            let (rays, rows) = (design.estimate * p.naive, of_rows.estimate.max(p.own_rows));
             let freedom =
                 (rays + rows).powi(2) / (rays * rays / design.freedom + rows * rows / of_rows.freedom).max(1e-300);
             let t = student(freedom);

@@ -1,24 +1,37 @@
-//! Lines along which one surface stands on another or goes through it.
+//! Lines along which one surface stands on another, goes through it, or hovers close above it.
 //!
 //! An element that runs under a partition carries light through the wall, and no estimate of noise sees it:
-//! elements are cut along these lines.
+//! elements are cut along these lines. A lamp under a ceiling and a mirror on a wall part dark from light as well.
 
 use glam::{DVec2, DVec3};
 
 use super::polygon::clip_line;
 use super::surfaces::{Surface, TOUCH};
 
+/// Height, in units of the scene's size, up to which an edge along a surface shades it like one that lies on it.
+const HOVER: f64 = 0.02;
+
 /// For every surface, the others whose bounding boxes touch its own, in ascending order.
 pub(super) fn neighbours(list: &[Surface]) -> Vec<Vec<u32>> {
+    within(list, (0..u32::try_from(list.len()).unwrap_or(u32::MAX)).collect(), TOUCH)
+}
+
+/// For every surface wide enough to hover, the others of that kind whose bounding boxes come close to its own.
+fn hovering(list: &[Surface]) -> Vec<Vec<u32>> {
+    let wide = |i: &u32| list[*i as usize].extent.max_element() > 2.0 * HOVER;
+    within(list, (0..u32::try_from(list.len()).unwrap_or(u32::MAX)).filter(wide).collect(), HOVER)
+}
+
+/// For every surface among `order`, the others whose bounding boxes, grown by `margin`, meet its own.
+fn within(list: &[Surface], mut order: Vec<u32>, margin: f64) -> Vec<Vec<u32>> {
     let boxes: Vec<(DVec3, DVec3)> = list
         .iter()
         .map(|s| {
             let low = s.vertices.iter().copied().fold(DVec3::INFINITY, DVec3::min);
             let high = s.vertices.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
-            (low - TOUCH, high + TOUCH)
+            (low - margin, high + margin)
         })
         .collect();
-    let mut order: Vec<u32> = (0..u32::try_from(list.len()).unwrap_or(u32::MAX)).collect();
     order.sort_by(|a, b| boxes[*a as usize].0.x.total_cmp(&boxes[*b as usize].0.x));
     let mut found = vec![Vec::new(); list.len()];
     for (rank, &i) in order.iter().enumerate() {
@@ -40,10 +53,14 @@ pub(super) fn neighbours(list: &[Surface]) -> Vec<Vec<u32>> {
     found
 }
 
-/// Fills [`Surface::cuts`].
+/// Fills [`Surface::cuts`]. Contacts come first, as a cell takes a few lines only.
 pub(super) fn find_cuts(list: &mut [Surface], neighbours: &[Vec<u32>]) {
-    let cuts: Vec<Vec<[DVec2; 2]>> =
-        list.iter().zip(neighbours).map(|(s, near)| cuts_of(s, near.iter().map(|j| &list[*j as usize]))).collect();
+    let hovering = hovering(list);
+    let cuts: Vec<Vec<[DVec2; 2]>> = list
+        .iter()
+        .zip(neighbours.iter().zip(&hovering))
+        .map(|(s, (touching, hovering))| cuts_of(s, touching.iter().chain(hovering).map(|j| &list[*j as usize])))
+        .collect();
     for (s, c) in list.iter_mut().zip(cuts) {
         s.cuts = c;
     }
@@ -65,7 +82,8 @@ fn cuts_of<'a>(surface: &Surface, others: impl Iterator<Item = &'a Surface>) -> 
     cuts
 }
 
-/// Where `other` meets the plane of `surface`: its edges that lie in the plane, or the line where it goes through.
+/// Where `other` meets the plane of `surface`: its edges that lie in the plane or hover along it, or the line where it
+/// goes through.
 fn touching_segments(surface: &Surface, other: &Surface) -> Vec<(DVec3, DVec3)> {
     let heights: Vec<f64> = other.vertices.iter().map(|p| surface.height(*p)).collect();
     let n = heights.len();
@@ -75,7 +93,8 @@ fn touching_segments(surface: &Surface, other: &Surface) -> Vec<(DVec3, DVec3)> 
     for k in 0..n {
         let m = (k + 1) % n;
         let (a, b) = (other.vertices[k], other.vertices[m]);
-        if flat(k) && flat(m) {
+        let hovers = heights[k].abs().max(heights[m].abs()) <= HOVER && (heights[k] - heights[m]).abs() <= TOUCH;
+        if hovers {
             segments.push((a, b));
         } else if flat(k) {
             crossings.push(a);

@@ -58,6 +58,11 @@ impl Canvas {
         }
     }
 
+    #[cfg(test)]
+    pub(super) fn get(&self, x: usize, y: usize) -> Colour {
+        self.pixels[y * self.width + x]
+    }
+
     /// Lays a colour over a pixel; `cover` from 0 to 1.
     pub(super) fn blend(&mut self, x: usize, y: usize, colour: Colour, cover: f64) {
         if x < self.width && y < self.height {

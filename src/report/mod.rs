@@ -4,6 +4,8 @@
 //! is computed here but means, colours and pictures; a value that is not finite is refused, never written.
 
 mod canvas;
+mod chart;
+mod drawing;
 mod exr;
 mod field;
 mod figure;
@@ -24,6 +26,7 @@ use crate::error::{Error, ErrorKind, Result};
 use crate::measure::{Ledger, Measurement, ViewResult};
 use crate::scene::{GridLayout, Scene};
 
+pub use chart::write_chart;
 pub use run_json::run_json;
 
 /// How the run came about.

@@ -5,6 +5,7 @@
 //! reflectance goes to one.
 
 mod bicgstab;
+pub mod dense;
 mod exchange;
 
 use rayon::prelude::*;

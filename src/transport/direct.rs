@@ -4,7 +4,7 @@
 //! no noise. Where they are many, or clear glass is among them, stratified shadow rays give the visible share, and
 //! the exact unoccluded factor the rest.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use super::caster::{MISS, Ray};
 use super::daylight::{Parts, SkyScratch, daylight};
@@ -12,6 +12,7 @@ use super::points::Points;
 use super::visible::{Visible, cone_planes};
 use super::world::{Kind, World};
 use crate::light::{Emitter, above_plane, configuration_factor};
+use crate::mesh::{polygon_area, sample_polygon};
 
 /// More blockers than this are sampled.
 const MAX_BLOCKERS: usize = 48;
@@ -61,7 +62,7 @@ pub fn direct_parts(
     out: &mut [f64],
 ) {
     for (k, emitter) in world.emitters.list.iter().enumerate() {
-        out[emitter.group] += factor(world, emitter, x, normal, sample ^ ((k as u64) << 32), scratch);
+        out[emitter.group] += visible_factor(world, emitter, x, normal, sample ^ ((k as u64) << 32), scratch);
     }
     if let Some(first) = world.daylight_group() {
         let parts = if diffuse { Parts::All } else { Parts::Sun };
@@ -69,8 +70,17 @@ pub fn direct_parts(
     }
 }
 
-/// Visible configuration factor of one emitter.
-fn factor(world: &World, emitter: &Emitter, x: DVec3, normal: DVec3, sample: u64, s: &mut DirectScratch) -> f64 {
+/// Irradiance at a point with a normal, per unit exitance of one emitting polygon, by the part of it that the point sees.
+///
+/// The polygon may be a part of its surface. `sample` seeds the shadow rays where they are needed.
+pub fn visible_factor(
+    world: &World,
+    emitter: &Emitter,
+    x: DVec3,
+    normal: DVec3,
+    sample: u64,
+    s: &mut DirectScratch,
+) -> f64 {
     let height = emitter.normal.dot(x - emitter.vertices[0]);
     if height <= 1e-9 {
         return 0.0; // behind the emitter or in its plane
@@ -103,13 +113,17 @@ fn factor(world: &World, emitter: &Emitter, x: DVec3, normal: DVec3, sample: u64
 /// Share of the emitter's light that reaches the point, by shadow rays weighted with the kernel.
 fn visible_share(world: &World, emitter: &Emitter, x: DVec3, normal: DVec3, sample: u64, s: &mut DirectScratch) -> f64 {
     let points = Points::new(sample);
+    let surface = &world.surfaces.list[emitter.surface];
+    let mut outline: Vec<DVec2> = emitter.vertices.iter().map(|v| surface.uv(*v)).collect();
+    if polygon_area(&outline) < 0.0 {
+        outline.reverse();
+    }
     let (mut seen, mut all) = (0.0, 0.0);
     let mut count = FEW_RAYS;
     let mut k = 0;
     while k < count {
         let (a, b) = points.pair(k, 0);
-        let surface = &world.surfaces.list[emitter.surface];
-        let d = surface.point(crate::mesh::sample_polygon(&surface.outline, a, b)) - x;
+        let d = surface.point(sample_polygon(&outline, a, b)) - x;
         let (r2, cosines) = (d.length_squared(), normal.dot(d).max(0.0) * -emitter.normal.dot(d));
         let weight = cosines / (r2 * r2);
         if weight > 0.0 {

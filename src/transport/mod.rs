@@ -8,6 +8,7 @@ pub mod caster;
 mod chain;
 mod daylight;
 mod direct;
+pub mod form_factor;
 mod glass;
 mod kernel;
 mod optics;
@@ -19,7 +20,7 @@ mod world;
 
 pub use chain::{Fork, Landing, Tint, follow};
 pub use daylight::{DAYLIGHT_GROUPS, GROUND, SKY, SUN, sun_direction, transmittance_out};
-pub use direct::{DirectScratch, direct, direct_parts, transmittance_to};
+pub use direct::{DirectScratch, direct, direct_parts, transmittance_to, visible_factor};
 pub use glass::Pane;
 pub use optics::{LightPart, Optics};
 pub use portals::{chance_weight, through_panes};

@@ -185,6 +185,11 @@ pub fn cube(rho: f64) -> Build {
 
 /// A room of 4 × 3 × 2.5 m with a lamp of 1 m² at the ceiling and a box on the floor, walls of three colours.
 pub fn furnished() -> Build {
+    furnished_below(2.45)
+}
+
+/// The same with its lamp at another height.
+pub fn furnished_below(lamp_m: f64) -> Build {
     let mut b = Build::new();
     let grey = b.material(painted("grey", rgb([0.7, 0.7, 0.7])));
     let red = b.material(painted("red", rgb([0.65, 0.1, 0.08])));
@@ -192,7 +197,7 @@ pub fn furnished() -> Build {
     let lamp = b.material(lit(diffuse("lamp", 0.0), 3000.0));
     b.room(DVec3::ZERO, at(4.0, 3.0, 2.5), [red, blue, grey, grey, grey, grey]);
     b.block(at(2.4, 1.1, 0.0), at(3.1, 1.9, 1.2), grey);
-    b.lamp(at(1.5, 1.5, 2.45), 1.0, lamp);
+    b.lamp(at(1.5, 1.5, lamp_m), 1.0, lamp);
     b
 }
 
