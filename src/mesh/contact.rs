@@ -8,8 +8,10 @@ use glam::{DVec2, DVec3};
 use super::polygon::clip_line;
 use super::surfaces::{Surface, TOUCH};
 
-/// Height, in units of the scene's size, up to which an edge along a surface shades it like one that lies on it.
+/// Height up to which an edge along a surface shades it like one that lies on it: in units of the scene's size, and in
+/// widths of what hovers.
 const HOVER: f64 = 0.02;
+const HOVER_WIDTHS: f64 = 0.1;
 
 /// For every surface, the others whose bounding boxes touch its own, in ascending order.
 pub(super) fn neighbours(list: &[Surface]) -> Vec<Vec<u32>> {
@@ -87,13 +89,14 @@ fn cuts_of<'a>(surface: &Surface, others: impl Iterator<Item = &'a Surface>) -> 
 fn touching_segments(surface: &Surface, other: &Surface) -> Vec<(DVec3, DVec3)> {
     let heights: Vec<f64> = other.vertices.iter().map(|p| surface.height(*p)).collect();
     let n = heights.len();
+    let hover = (HOVER_WIDTHS * other.extent.min_element()).clamp(TOUCH, HOVER);
     let flat = |k: usize| heights[k].abs() <= TOUCH;
     let mut segments = Vec::new();
     let mut crossings = Vec::new();
     for k in 0..n {
         let m = (k + 1) % n;
         let (a, b) = (other.vertices[k], other.vertices[m]);
-        let hovers = heights[k].abs().max(heights[m].abs()) <= HOVER && (heights[k] - heights[m]).abs() <= TOUCH;
+        let hovers = heights[k].abs().max(heights[m].abs()) <= hover && (heights[k] - heights[m]).abs() <= TOUCH;
         if hovers {
             segments.push((a, b));
         } else if flat(k) {
