@@ -2,7 +2,7 @@
 
 mod common;
 
-use clerestory::mesh::{ElementKey, Elements};
+use clerestory::mesh::{ElementKey, Elements, Importance};
 use clerestory::scene::Scene;
 use clerestory::solve;
 use clerestory::spectrum::{BandMode, Bands};
@@ -77,7 +77,7 @@ impl Solved {
             scene.materials.iter().filter_map(|m| Some((&m.emission.as_ref()?.radiance, 1.0))).collect();
         let bands = Bands::plan(&scene.bands, &[], &lights, 0.05).expect("bands").0;
         let optics = Optics::new(scene, &world, bands);
-        let mut mesh = Elements::new(&world.surfaces, size);
+        let mut mesh = Elements::new(&world.surfaces, size, &Importance::default());
         for key in all_keys(&world, &mesh, size) {
             mesh.make(&world.surfaces, key);
         }
