@@ -52,7 +52,7 @@ pub fn write_chart(dir: &Path, chart: &Chart) -> Result<Vec<PathBuf>> {
         .collect()
 }
 
-fn csv_of(header: &[&str], rows: impl Iterator<Item = Vec<String>>) -> Result<Vec<u8>> {
+pub(super) fn csv_of(header: &[&str], rows: impl Iterator<Item = Vec<String>>) -> Result<Vec<u8>> {
     let broken = |e: String| Error::new(ErrorKind::Internal, format!("table: {e}"));
     let mut writer = csv::Writer::from_writer(Vec::new());
     writer.write_record(header).map_err(|e| broken(e.to_string()))?;

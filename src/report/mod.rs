@@ -17,6 +17,7 @@ mod map;
 mod png;
 mod run_json;
 mod scale;
+mod stages;
 mod table;
 mod text;
 
@@ -28,6 +29,7 @@ use crate::scene::{GridLayout, Scene};
 
 pub use chart::write_chart;
 pub use run_json::run_json;
+pub use stages::write_stages;
 
 /// How the run came about.
 #[derive(Clone, Debug, Default)]

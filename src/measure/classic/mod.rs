@@ -7,6 +7,7 @@
 mod level;
 mod picture;
 mod read;
+mod stages;
 
 use std::time::Instant;
 
@@ -69,7 +70,14 @@ pub(super) fn run(task: &Task<'_>, mut record: Record) -> Result<Measurement> {
         ));
     }
     let start = Instant::now();
-    let views: Vec<_> = task.scene.views.iter().map(|v| picture::paint(task, v, &fine, &coarse)).collect();
+    let mut views: Vec<_> = task.scene.views.iter().map(|v| picture::paint(task, v, &fine, &coarse)).collect();
+    if task.options.stages && !views.is_empty() {
+        task.progress.stage("pictures on the way", 0);
+        let stages = stages::stages(task, &fine);
+        for v in &mut views {
+            v.stages = stages.iter().map(|s| picture::paint_stage(task, &v.view, &fine, s)).collect();
+        }
+    }
     if !views.is_empty() {
         record.timings_s.push(("pictures".into(), start.elapsed().as_secs_f64()));
     }

@@ -13,6 +13,8 @@ use crate::transport::form_factor::{FormFactors, Method, Work};
 const MOST_SWEEPS: usize = 2000;
 /// The stop is looked at every so many shots.
 const LOOK: usize = 16;
+/// Patches whose flux differs by rounding alone shoot in their own order: equal lamps one after the other.
+const TIE: f64 = 1e-9;
 
 /// Where a shot finds the exchange areas of its patch.
 pub trait ExchangeRows {
@@ -152,7 +154,7 @@ impl<'a, R: ExchangeRows> Shooting<'a, R> {
                 self.urgency[i] = self.urgency_of(i, &ambient);
             }
         }
-        let higher = |best: (usize, f64), (i, u): (usize, &f64)| if *u > best.1 { (i, *u) } else { best };
+        let higher = |best: (usize, f64), (i, u): (usize, &f64)| if *u > best.1 * (1.0 + TIE) { (i, *u) } else { best };
         let (i, most) = self.urgency.iter().enumerate().fold((0, 0.0), higher);
         if most == 0.0 {
             return None;
