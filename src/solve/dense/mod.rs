@@ -19,6 +19,9 @@ mod full_matrix;
 mod gathering;
 mod shooting;
 
+/// Excess over one of `ρ_i Σ_j F_ij` that is rounding.
+const GAIN: f64 = 1e-6;
+
 pub use shooting::{ExchangeRows, OnDemand, Shooting};
 
 use rayon::prelude::*;
@@ -122,7 +125,8 @@ impl System {
     ///
     /// # Errors
     ///
-    /// When there is no finite solution: the scene is closed and nothing absorbs.
+    /// When there is no finite solution: the scene is closed and nothing absorbs, or the form factors of a patch sum to so
+    /// much that it would reflect more than all light that leaves it.
     pub fn solve(&self, factors: &FormFactors, solver: Solver, accuracy: f64) -> Result<Outcome> {
         self.check_finite(factors)?;
         let (radiosity, iterations) = match solver {
@@ -166,6 +170,16 @@ impl System {
             )
             .mend("give at least one surface a reflectance below 1, or open the room"));
         }
-        Ok(())
+        let rho = |i: usize| self.rho[i * self.bands..(i + 1) * self.bands].iter().copied().fold(0.0, f64::max);
+        let sum = |i: usize| factors.exchange_row(i).iter().sum::<f64>() / self.areas[i];
+        match (0..self.len()).find(|i| rho(*i) * sum(*i) > 1.0 + GAIN) {
+            Some(i) => Err(Error::impossible(format!(
+                "the form factors of patch {i} sum to {:.6} and it reflects {:.6}: the light would grow at every reflection",
+                sum(i),
+                rho(i)
+            ))
+            .mend("balance the form factors, or work them out more exactly")),
+            None => Ok(()),
+        }
     }
 }

@@ -241,7 +241,7 @@ pub(super) fn to_the_end(system: &System, factors: &FormFactors, accuracy: f64, 
     let mut last = f64::INFINITY;
     let mut grew = 0;
     while state.shots < MOST_SWEEPS * n {
-        if state.shots.is_multiple_of(LOOK) && settled(system, &state.unshot, &state.radiosity, accuracy) {
+        if state.shots.is_multiple_of(LOOK) && settled(&state.unshot, &state.radiosity, accuracy) {
             break;
         }
         if overshoot && state.shots.is_multiple_of(n.max(1)) {
@@ -261,15 +261,8 @@ pub(super) fn to_the_end(system: &System, factors: &FormFactors, accuracy: f64, 
     (state.radiosity, state.shots.div_ceil(n.max(1)))
 }
 
-/// Has no patch unshot radiosity of more than `accuracy` of the band's largest?
-fn settled(system: &System, unshot: &[f64], radiosity: &[f64], accuracy: f64) -> bool {
-    let bands = system.bands;
-    let mut largest = vec![(0.0f64, 0.0f64); bands];
-    for (u, b) in unshot.chunks_exact(bands).zip(radiosity.chunks_exact(bands)) {
-        for band in 0..bands {
-            largest[band].0 = largest[band].0.max(u[band].abs());
-            largest[band].1 = largest[band].1.max(b[band]);
-        }
-    }
-    largest.iter().all(|(u, b)| *u <= accuracy * b)
+/// Has no patch unshot radiosity of more than `accuracy` of its own? A dim room behind a hole must not hide behind the
+/// bright one before it.
+fn settled(unshot: &[f64], radiosity: &[f64], accuracy: f64) -> bool {
+    unshot.iter().zip(radiosity).all(|(u, b)| u.abs() <= accuracy * b)
 }
