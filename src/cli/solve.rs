@@ -28,10 +28,12 @@ pub(super) fn run(args: &SolveArgs) -> Result<ExitCode> {
             .in_file(&args.scene));
     }
     warn(args, &scene.warnings);
-    let measurement = {
+    let mut measurement = {
         let progress = progress::progress(args.quiet);
         pool.install(|| measure::solve(&scene, &options(args), &*progress)).map_err(|e| e.in_file(&args.scene))?
     };
+    let remarks = measure::remarks(&scene, &measurement);
+    measurement.record.warnings.extend(remarks);
     warn(args, &measurement.record.warnings);
     let provenance = Provenance {
         version: env!("CARGO_PKG_VERSION").to_owned(),

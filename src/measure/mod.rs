@@ -19,5 +19,6 @@ mod statement;
 mod view;
 
 pub use options::{Display, Method, Progress, Silent, SolveOptions};
-pub use remarks::solve;
+pub use remarks::remarks;
 pub use result::*;
+pub use run::solve;

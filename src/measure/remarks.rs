@@ -1,21 +1,12 @@
 //! What a careful reader would say of a result.
 
-use super::options::{Progress, SolveOptions};
 use super::result::{Measurement, Status};
-use super::run;
-use crate::Result;
 use crate::scene::Scene;
 
-/// Solves a scene to the tolerance asked for, and tells what in the result was hardly meant.
-///
-/// # Errors
-///
-/// When the scene is physically impossible (no face, no finite solution) or has no bands.
-pub fn solve(scene: &Scene, options: &SolveOptions, progress: &dyn Progress) -> Result<Measurement> {
-    let mut m = run::solve(scene, options, progress)?;
-    let remarks = buried(&m).chain(dark(scene, &m)).collect::<Vec<String>>();
-    m.record.warnings.extend(remarks);
-    Ok(m)
+/// What in a result was hardly meant: points without a reading, grids and pictures without light.
+#[must_use]
+pub fn remarks(scene: &Scene, m: &Measurement) -> Vec<String> {
+    buried(m).chain(dark(scene, m)).collect()
 }
 
 /// Points inside solids: they have no reading.

@@ -5,6 +5,7 @@
 
 mod canvas;
 mod chart;
+mod curves;
 mod drawing;
 mod exr;
 mod field;
@@ -14,6 +15,7 @@ mod hdr;
 mod isolines;
 mod legend;
 mod map;
+mod panel;
 mod png;
 mod run_json;
 mod scale;
@@ -28,6 +30,7 @@ use crate::measure::{Ledger, Measurement, ViewResult};
 use crate::scene::{GridLayout, Scene};
 
 pub use chart::write_chart;
+pub use curves::{Curve, CurvePanel, Curves, write_curves};
 pub use run_json::run_json;
 pub use stages::write_stages;
 

@@ -420,3 +420,20 @@ fn a_tube_with_perfect_walls_passes_clausings_share() {
     // Clausing 1932; a prism of n sides is longer round by 1/n², which is less than a thousandth.
     assert_near(share, 0.671_983_9, sampling.max(1e-3) + 1e-3, "length = radius");
 }
+
+#[test]
+fn a_small_fierce_lamp_does_not_hide_the_walls_from_the_solver() {
+    let mut b = Build::new();
+    let (wall, lamp) = (b.material(diffuse("wall", 0.8)), b.material(lit(diffuse("lamp", 0.0), 1e8)));
+    b.room(DVec3::ZERO, at(4.0, 3.0, 2.5), [wall; 6]).lamp(at(2.0, 1.5, 2.4), 1e-3, lamp);
+    b.level("floor", at(0.5, 0.5, 0.0), at(3.5, 2.5, 0.0), 2);
+    let by = |method| solve(&b.0, &SolveOptions { method, patches: Some(4), ..SolveOptions::default() });
+    let exact = by(Method::FullMatrix);
+    for method in [Method::Gathering, Method::Shooting, Method::ConjugateGradients] {
+        let m = by(method);
+        common::assert_balanced(&m);
+        for (s, e) in only(&m).iter().zip(only(&exact)) {
+            assert_ratio(s.xyz[1], e.xyz[1], 0.05e-2, method.name());
+        }
+    }
+}

@@ -1,5 +1,7 @@
 //! Form factors by quadrature over the program's own point factors, and scenes as files.
 
+#![allow(dead_code, reason = "every user takes what it needs")]
+
 use clerestory::light::{above_plane, configuration_factor};
 use clerestory::scene::{self, MaterialKind, Scene};
 use clerestory::spectrum::SpectralValue;

@@ -68,11 +68,12 @@ pub struct Outcome {
     pub irradiance: Vec<f64>,
     /// Sweeps, shots or products that were needed; eliminations for the full matrix.
     pub iterations: usize,
-    /// Largest `|M + ρFB − B|` over the patches, against the largest `B`; over all bands.
+    /// Largest `|M + ρFB − B|` over the patches, against the largest reflected part `B − M`; over all bands.
     pub residual: f64,
     /// Flux in that residual, against the flux emitted: what is still to be shot. Largest over the bands.
     pub unshot: f64,
-    /// Bound on the largest error of `B` against the largest `B`: residual over `1 − ρ_max`. Largest over the bands.
+    /// Bound on the largest error of `B` against the largest reflected part: residual over `1 − ρ_max`. Largest over the
+    /// bands.
     pub bound: f64,
 }
 
@@ -121,7 +122,7 @@ impl System {
         h.iter_mut().for_each(|h| *h /= self.areas[i]);
     }
 
-    /// Solves until the residual of every band is at most `accuracy` of its largest radiosity.
+    /// Solves until the residual of every band is at most `accuracy` of its largest reflected radiosity.
     ///
     /// # Errors
     ///
@@ -148,10 +149,11 @@ impl System {
             (0..radiosity.len()).map(|k| self.emitted[k] + self.rho[k] * irradiance[k] - radiosity[k]).collect();
         let largest =
             |x: &[f64], band: usize| x.iter().skip(band).step_by(self.bands).fold(0.0f64, |m, x| m.max(x.abs()));
+        let reflected: Vec<f64> = radiosity.iter().zip(&self.emitted).map(|(b, m)| b - m).collect();
         let (emitted, open) = (self.emitted_flux(), self.flux(&rest));
         let mut outcome = Outcome { radiosity, irradiance, iterations, residual: 0.0, unshot: 0.0, bound: 0.0 };
         for band in 0..self.bands {
-            let scale = largest(&outcome.radiosity, band);
+            let scale = largest(&reflected, band);
             if scale > 0.0 {
                 let residual = largest(&rest, band) / scale;
                 outcome.residual = outcome.residual.max(residual);
