@@ -48,7 +48,7 @@ pub struct Curve {
 const PANEL: DVec2 = DVec2::new(640.0, 420.0);
 const LEFT: f64 = 140.0;
 const TOP: f64 = 120.0;
-const LEGEND: f64 = 210.0;
+const LEGEND: f64 = 240.0;
 const GAP: f64 = 60.0;
 
 /// Writes `<name>.svg` and `<name>.png` into `dir`.

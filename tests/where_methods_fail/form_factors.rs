@@ -258,7 +258,7 @@ fn an_empty_box_casts_no_shadow_into_its_corners() {
         assert_ratio(s.direct_lx, irradiance(*x, *n, &ceiling), 3e-5, &format!("{x}")); // the skin of a surface
     }
     // Rays from the middle of the floor to discs that touch all edges: the same as with nothing but floor and ceiling.
-    let row = |scene: &common::Build| {
+    let row = |scene: &Build| {
         let world = World::new(&scene.0);
         let mesh = PatchMesh::uniform(&world.surfaces, 10.0, |p| p.front);
         let n = mesh.list.len();

@@ -1,7 +1,7 @@
 //! Materials and solvers: black, white, nearly white, unlike, coupled.
 
 use clerestory::error::ErrorKind;
-use clerestory::measure::{self, Display, Measurement, Method, Silent, SolveOptions};
+use clerestory::measure::{Display, Measurement, Method, SolveOptions};
 use clerestory::mesh::PatchMesh;
 use clerestory::solve::dense::{Shooting, Solver, System};
 use clerestory::transport::World;
@@ -351,7 +351,7 @@ fn interpolated_values_are_never_negative() {
             ..SolveOptions::default()
         };
         for e in lux(&solve(&b.0, &options)) {
-            assert!(e >= 0.0 && e < 1000.0, "{patches} patches: {e} lx");
+            assert!((0.0..1000.0).contains(&e), "{patches} patches: {e} lx");
         }
     }
 }

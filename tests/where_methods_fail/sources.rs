@@ -3,7 +3,7 @@
 use clerestory::measure::SensorResult;
 use glam::DVec3;
 
-use super::common::{self, Build, assert_near, assert_ratio, at, cube, diffuse, lit, lux, only, solve, within};
+use super::common::{self, Build, assert_ratio, at, cube, diffuse, lit, lux, only, solve, within};
 use super::tools::{irradiance, square};
 
 #[test]
