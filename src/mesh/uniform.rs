@@ -128,7 +128,7 @@ impl PatchMesh {
     }
 
     /// A value of the patches at a point of a surface's side, linear between the middles of cells and continued to the
-    /// border of the surface; cells without a patch take no part.
+    /// border of the surface, but not below zero; cells without a patch take no part.
     #[must_use]
     pub fn interpolate(&self, surface: usize, front: bool, uv: DVec2, value: impl Fn(usize) -> f64) -> Option<f64> {
         let side = &self.sides[surface][usize::from(front)];
@@ -147,7 +147,7 @@ impl PatchMesh {
                 }
             }
         }
-        Some(sum)
+        Some(sum.max(0.0))
     }
 
     /// Mean over the patches of a cell; `None` where it is cut or has none.

@@ -54,7 +54,7 @@ pub fn random_room(number: u64) -> Build {
             b.block(low, at(x + 0.5 * w, y + l + 0.05, below), plate);
         }
     }
-    if number % 3 == 0 {
+    if number.is_multiple_of(3) {
         let partition = paint(&mut d, &mut b);
         let x = d.within(0.35, 0.65) * size.x;
         let slit = d.within(0.1, 0.5);
