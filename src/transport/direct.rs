@@ -150,11 +150,11 @@ pub fn direct_at_place(
     };
     for k in 0..world.emitters.list.len() {
         let every = scratch.every[k];
-        if every > 0 && (place + k) % every == 0 {
+        if every > 0 && (place + k).is_multiple_of(every) {
             look(k, every as f64, scratch);
         }
     }
-    if let Some((_, all)) = scratch.minor.last().copied().filter(|_| place % scratch.places == 0) {
+    if let Some((_, all)) = scratch.minor.last().copied().filter(|_| place.is_multiple_of(scratch.places)) {
         let want = all * Points::new(sample).get(0, 2);
         let chosen = scratch.minor.partition_point(|m| m.1 <= want).min(scratch.minor.len() - 1);
         let (k, upto) = scratch.minor[chosen];

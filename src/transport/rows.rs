@@ -271,7 +271,7 @@ impl<'a> Worker<'a> {
                     let shadow = seed(&[stream, u64::from(first), 1 + k as u64]);
                     // Sky and ground change slowly across an element: one place in each set is enough.
                     let sky = skies[r] == 0 && k >= turn;
-                    let sun = sky || (k + turn) % lit_every == 0;
+                    let sun = sky || (k + turn).is_multiple_of(lit_every);
                     skies[r] += u32::from(sky);
                     suns[r] += u32::from(sun);
                     let place = ((x, normal), k + turn);
