@@ -5,6 +5,7 @@
 mod gathering_and_shooting;
 mod goral_1984;
 mod hemicube_and_discs;
+mod hierarchical;
 mod substructuring;
 
 use std::fmt::Write;
@@ -22,6 +23,7 @@ type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
 
 fn main() -> Outcome<()> {
     let mut out = Table::default();
+    if std::env::args().count() > 1 { return hierarchical::run(&mut out); }
     goral_1984::run(&mut out)?;
     hemicube_and_discs::run(&mut out);
     substructuring::run(&mut out)?;
@@ -137,11 +139,11 @@ fn material(world: &World, p: &Patch) -> usize {
 }
 
 /// One band; reflectance and exitance by material, light from fronts alone.
-fn system(world: &World, mesh: &PatchMesh, rho: &[f64], emitted: &[f64]) -> System {
+fn system(world: &World, patches: &[Patch], rho: &[f64], emitted: &[f64]) -> System {
     System {
         bands: 1,
-        areas: mesh.list.iter().map(|p| p.area).collect(),
-        rho: mesh.list.iter().map(|p| rho[material(world, p)]).collect(),
-        emitted: mesh.list.iter().map(|p| if p.front { emitted[material(world, p)] } else { 0.0 }).collect(),
+        areas: patches.iter().map(|p| p.area).collect(),
+        rho: patches.iter().map(|p| rho[material(world, p)]).collect(),
+        emitted: patches.iter().map(|p| if p.front { emitted[material(world, p)] } else { 0.0 }).collect(),
     }
 }
