@@ -56,7 +56,7 @@ pub(super) fn run(out: &mut Table) -> Outcome<()> {
             let start = Instant::now();
             let s = refined(&room, args[1] * 0.5f64.powi(k) , args[2])?;
             let n = s.system.len();
-            println!("room k {k} n {n} links {} ratio {:.2} rounds {} rays {} factors {} closure {:.1e} worst {:.1e} t {:.2}", s.hierarchy.links(), s.hierarchy.links() as f64 / n as f64, s.hierarchy.rounds, s.hierarchy.rays, s.hierarchy.factors, open_balance(&s), s.hierarchy.worst_row.0, start.elapsed().as_secs_f64());
+            println!("room k {k} n {n} links {} ratio {:.2} rounds {} rays {} factors {} closure {:.1e} worst {:.1e} rms {:.1e} t {:.2}", s.hierarchy.links(), s.hierarchy.links() as f64 / n as f64, s.hierarchy.rounds, s.hierarchy.rays, s.hierarchy.factors, open_balance(&s), s.hierarchy.worst_root.0, s.hierarchy.closure_defect, start.elapsed().as_secs_f64());
         }
     }
     if args[0] == 2.0 { errors(&room, out, args[1], args[2], args[3] as i32)?; }
@@ -84,19 +84,20 @@ fn errors(world: &World, _out: &mut Table, c: f64, p: f64, most: i32) -> Outcome
     let flat = |mesh: &dyn Patches, h: &[f64]| -> Vec<f64> {
         points.list.iter().map(|e| mesh.find(e.surface as usize, e.front, world.surfaces.list[e.surface as usize].uv(e.centre)).map_or(0.0, |i| h[i as usize])).collect()
     };
-    for size in [1.6, 1.2, 0.8, 0.6] {
+    if std::env::args().count()<6 {for size in [1.6, 1.2, 0.8, 0.6] {
         let start = Instant::now();
         let m = mesh(world, size);
         let (pairs, b, h) = uniform(world, &m)?;
         let t = start.elapsed().as_secs_f64();
         println!("uniform {size} n {} pairs {pairs} flat {:.2} gather {:.2} t {t:.2}", m.list.len(), rms(&flat(&m, &h)), rms(&at(&m, &b)));
     }
+    }
     for k in 0..most {
         let n = 4.0 * 2f64.powi(k);
         let start = Instant::now();
         let s = refined(world, 6.0 / n, c / n.powf(p))?;
         let t = start.elapsed().as_secs_f64();
-        println!("hier {n} n {} links {} flat {:.2} gather {:.2} t {t:.2} rounds {} closure {:.1e}", s.system.len(), s.hierarchy.links(), rms(&flat(&s.hierarchy.tree, &s.outcome.irradiance)), rms(&at(&s.hierarchy.tree, &s.outcome.radiosity)), s.hierarchy.rounds, open_balance(&s));
+        println!("hier {n} n {} links {} flat {:.2} gather {:.2} t {t:.2} rounds {} closure {:.1e} worst {:.1e} rms {:.1e}", s.system.len(), s.hierarchy.links(), rms(&flat(&s.hierarchy.tree, &s.outcome.irradiance)), rms(&at(&s.hierarchy.tree, &s.outcome.radiosity)), s.hierarchy.rounds, open_balance(&s), s.hierarchy.worst_root.0, s.hierarchy.closure_defect);
     }
     Ok(())
 }

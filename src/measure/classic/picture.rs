@@ -66,7 +66,7 @@ fn pixel_of(task: &Task<'_>, camera: &Camera, level: &Level, pixel: usize) -> Ve
             let shown = if task.options.display == Display::Constant {
                 flat()
             } else {
-                level.mesh.interpolate(hit.surface as usize, front, uv, value).or_else(flat)
+                level.mesh.interpolate(hit.surface as usize, front, uv, &value).or_else(flat)
             };
             *sum += shown.unwrap_or(0.0).max(0.0) / (std::f64::consts::PI * samples);
         }

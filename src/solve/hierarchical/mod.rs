@@ -42,8 +42,8 @@ pub struct Hierarchy {
     pub closed: bool,
     /// Root mean square, by area, of the relative defect of the row sums before the balance.
     pub closure_defect: f64,
-    /// The largest, and the leaf that has it.
-    pub worst_row: (f64, usize),
+    /// The largest of a root, and which one.
+    pub worst_root: (f64, usize),
     /// Rays cast.
     pub rays: u64,
     /// Form factors worked out.
@@ -67,7 +67,7 @@ pub struct Solved {
 ///
 /// # Errors
 ///
-/// When more links are asked for than are taken, when the form factors of a leaf do not close to `largest` (relative), or
+/// When more links are asked for than are taken, when the form factors of a root do not close to `largest` (relative), or
 /// when there is no finite solution.
 pub fn solve(
     world: &World,
@@ -97,9 +97,9 @@ pub fn solve(
         }
         tree = hierarchy.tree;
     };
-    let (off, leaf) = hierarchy.worst_row;
+    let (off, root) = hierarchy.worst_root;
     if off > largest {
-        return Err(too_far_off(world, &hierarchy.tree.list()[leaf], off, largest));
+        return Err(too_far_off(world, &hierarchy.tree.nodes[root].patch, off, largest));
     }
     (hierarchy.rays, hierarchy.factors, hierarchy.rounds) = (refiner.rays, refiner.factors, rounds);
     let system = paint(hierarchy.tree.list());
@@ -139,7 +139,7 @@ impl Hierarchy {
             scale,
             closed,
             closure_defect: 0.0,
-            worst_row: (0.0, 0),
+            worst_root: (0.0, 0),
             rays: 0,
             factors: 0,
             rounds: 0,
@@ -178,17 +178,22 @@ impl Hierarchy {
         }
     }
 
+    /// A leaf's row errs by the doubt of its links. Over a root that averages out: what is left is a leak, or form factors
+    /// that are wrong.
     fn find_defects(&mut self) {
-        let (mut sum, mut total) = (0.0, 0.0);
-        for (i, (row, patch)) in self.row_sums().into_iter().zip(self.tree.list()).enumerate() {
-            let defect = if self.closed { row - 1.0 } else { (row - 1.0).max(0.0) };
-            sum += patch.area * defect * defect;
+        let sums = self.row_sums();
+        let defect = |sum: f64| if self.closed { sum - 1.0 } else { (sum - 1.0).max(0.0) };
+        let (mut squares, mut total) = (0.0, 0.0);
+        for (sum, patch) in sums.iter().zip(self.tree.list()) {
+            squares += patch.area * defect(*sum).powi(2);
             total += patch.area;
-            if defect.abs() > self.worst_row.0 {
-                self.worst_row = (defect.abs(), i);
+        }
+        self.closure_defect = if total > 0.0 { (squares / total).sqrt() } else { 0.0 };
+        for (root, sum) in self.tree.pull(&sums, 1).into_iter().take(self.tree.roots()).enumerate() {
+            if defect(sum).abs() > self.worst_root.0 {
+                self.worst_root = (defect(sum).abs(), root);
             }
         }
-        self.closure_defect = if total > 0.0 { (sum / total).sqrt() } else { 0.0 };
     }
 
     /// A field of the leaves times their scales.

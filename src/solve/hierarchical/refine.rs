@@ -16,6 +16,8 @@ use crate::transport::form_factor::{Pairs, Work, face_each_other};
 
 /// Links, at most: they take a gigabyte.
 const MOST_LINKS: usize = 5_000_000;
+/// Least brightness that counts, so that what dark patches hide of bright ones is known too.
+const DARKEST: f64 = 0.25;
 /// Share of the factor that is doubtful where something may stand between.
 const HIDDEN: f64 = 0.5;
 
@@ -128,7 +130,8 @@ impl<'a> Refiner<'a> {
 
     /// The node to divide, where the doubt carries more than is allowed: the larger of the two that may be divided.
     fn too_coarse(&self, tree: &PatchTree, (a, b): (u32, u32), doubt: [f64; 2], brightness: &[f64]) -> Option<u32> {
-        let error = (doubt[0] * brightness[b as usize]).max(doubt[1] * brightness[a as usize]);
+        let bright = |node: u32| brightness[node as usize].max(DARKEST);
+        let error = (doubt[0] * bright(b)).max(doubt[1] * bright(a));
         if error <= self.refinement.allowed {
             return None;
         }
