@@ -14,6 +14,10 @@ use super::{Build, Outcome, Table, analytic, furnished_room, mesh, system};
 
 const RHO: [f64; 3] = [0.6, 0.5, 0.0];
 const EMITTED: [f64; 3] = [0.0, 0.0, 1.0];
+/// Longest side of the room.
+const LONGEST_M: f64 = 6.0;
+/// Time after which no finer room is tried.
+const LONG_S: f64 = 20.0;
 
 /// Two unit squares that face each other at a distance; one emits.
 fn squares(distance_m: f64) -> World {
@@ -40,64 +44,68 @@ fn open_balance(s: &Solved) -> f64 {
 }
 
 pub(super) fn run(out: &mut Table) -> Outcome<()> {
-    let args: Vec<f64> = std::env::args().skip(1).map(|a| a.parse().unwrap()).collect();
+    for distance_m in [0.2, 0.1, 0.05, 0.025] {
+        let s = refined(&squares(distance_m), 1e-3, 0.01)?;
+        growth(out, &format!("squares {distance_m} m apart, links within 0.01"), &s);
+    }
     let room = furnished_room();
-    if args[0] == 0.0 {
-        let w = squares(args[1]);
-        for k in 2..args[3] as i32 {
-            let start = Instant::now();
-            let s = refined(&w, 0.5f64.powi(k) , args[2])?;
-            let n = s.system.len();
-            println!("squares k {k} n {n} links {} ratio {:.2} rounds {} rays {} factors {} closure {:.1e} t {:.2}", s.hierarchy.links(), s.hierarchy.links() as f64 / n as f64, s.hierarchy.rounds, s.hierarchy.rays, s.hierarchy.factors, open_balance(&s), start.elapsed().as_secs_f64());
+    for patches in [8.0, 16.0, 32.0, 64.0] {
+        let s = refined(&room, LONGEST_M / patches, 0.02)?;
+        growth(out, &format!("room, finest 1/{patches}, links within 0.02"), &s);
+    }
+    for patches in [16.0, 32.0, 64.0, 128.0, 256.0f64] {
+        let start = Instant::now();
+        let s = refined(&room, LONGEST_M / patches, 0.5 / patches.powf(0.75))?;
+        growth(out, &format!("room, finest 1/{patches}, links within 0.5 (1/{patches})^0.75"), &s);
+        if start.elapsed().as_secs_f64() > LONG_S {
+            break;
         }
     }
-    if args[0] == 1.0 {
-        for k in 0..args[3] as i32 {
-            let start = Instant::now();
-            let s = refined(&room, args[1] * 0.5f64.powi(k) , args[2])?;
-            let n = s.system.len();
-            println!("room k {k} n {n} links {} ratio {:.2} rounds {} rays {} factors {} closure {:.1e} worst {:.1e} rms {:.1e} t {:.2}", s.hierarchy.links(), s.hierarchy.links() as f64 / n as f64, s.hierarchy.rounds, s.hierarchy.rays, s.hierarchy.factors, open_balance(&s), s.hierarchy.worst_root.0, s.hierarchy.closure_defect, start.elapsed().as_secs_f64());
-        }
-    }
-    if args[0] == 2.0 { errors(&room, out, args[1], args[2], args[3] as i32)?; }
-    Ok(())
+    errors(out, &room)
 }
 
-fn errors(world: &World, _out: &mut Table, c: f64, p: f64, most: i32) -> Outcome<()> {
-    let fine = mesh(world, 0.4);
-    let truth_b = uniform(world, &fine)?;
-    let points = mesh(world, 0.21);
-    let at = |mesh: &dyn Patches, b: &[f64]| -> Vec<f64> {
-        let analytic = Analytic::new(world, mesh);
-        points.list.par_iter().map_init(Work::default, |work, e| {
-            let x = world.lift(e.centre, e.normal);
-            (0..b.len()).filter(|j| b[*j] > 0.0).map(|j| b[j] * analytic.at_point(x, e.normal, j, work)).sum::<f64>()
-        }).collect()
+fn growth(out: &mut Table, name: &str, s: &Solved) {
+    let (links, elements) = (s.hierarchy.links() as f64, s.system.len() as f64);
+    out.enter("A15", &format!("{name}: elements"), elements, "1e3 to 1e5");
+    out.enter("A15", &format!("{name}: links per element"), links / elements, "constant within 30 %");
+    out.enter("A15", &format!("{name}: energy balance open by, x 1e-6"), 1e6 * open_balance(s), "at most 1");
+}
+
+/// Error of the irradiance at points all over the room: patches' own values, and gathers at the points.
+fn errors(out: &mut Table, room: &World) -> Outcome<()> {
+    let fine = mesh(room, 0.4);
+    let points = mesh(room, 0.21);
+    let gathered = |mesh: &dyn Patches, sent: &[f64]| -> Vec<f64> {
+        let analytic = Analytic::new(room, mesh);
+        let factors = |work: &mut Work, e: &Patch| {
+            let x = room.lift(e.centre, e.normal);
+            sent.iter().enumerate().map(|(j, b)| b * analytic.at_point(x, e.normal, j, work)).sum::<f64>()
+        };
+        points.list.par_iter().map_init(Work::default, factors).collect()
     };
-    let truth = at(&fine, &truth_b.1);
-    let area: f64 = points.list.iter().map(|e| e.area).sum();
-    let mean = points.list.iter().zip(&truth).map(|(e, t)| e.area * t).sum::<f64>() / area;
-    let rms = |field: &[f64]| {
-        let sum: f64 = points.list.iter().zip(field.iter().zip(&truth)).map(|(e, (f, t))| e.area * (f - t).powi(2)).sum();
-        100.0 * (sum / area).sqrt() / mean
-    };
+    let truth = gathered(&fine, &uniform(room, &fine)?.1);
+    let weigh = |f: &dyn Fn(usize) -> f64| points.list.iter().enumerate().map(|(k, e)| e.area * f(k)).sum::<f64>();
+    let mean = weigh(&|k| truth[k]) / weigh(&|_| 1.0);
+    let rms = |field: &[f64]| 100.0 * (weigh(&|k| (field[k] - truth[k]).powi(2)) / weigh(&|_| 1.0)).sqrt() / mean;
     let flat = |mesh: &dyn Patches, h: &[f64]| -> Vec<f64> {
-        points.list.iter().map(|e| mesh.find(e.surface as usize, e.front, world.surfaces.list[e.surface as usize].uv(e.centre)).map_or(0.0, |i| h[i as usize])).collect()
+        let uv = |e: &Patch| room.surfaces.list[e.surface as usize].uv(e.centre);
+        let under = |e: &Patch| mesh.find(e.surface as usize, e.front, uv(e));
+        points.list.iter().map(|e| under(e).map_or(0.0, |i| h[i as usize])).collect()
     };
-    if std::env::args().count()<6 {for size in [1.6, 1.2, 0.8, 0.6] {
-        let start = Instant::now();
-        let m = mesh(world, size);
-        let (pairs, b, h) = uniform(world, &m)?;
-        let t = start.elapsed().as_secs_f64();
-        println!("uniform {size} n {} pairs {pairs} flat {:.2} gather {:.2} t {t:.2}", m.list.len(), rms(&flat(&m, &h)), rms(&at(&m, &b)));
+    let mut enter = |name: &str, exchanges: usize, mesh: &dyn Patches, b: &[f64], h: &[f64]| {
+        out.enter("A15", &format!("{name}: exchanges"), exchanges as f64, "");
+        out.enter("A15", &format!("{name}: flat, RMS %"), rms(&flat(mesh, h)), "links below pairs at equal numbers");
+        out.enter("A15", &format!("{name}: gather, RMS %"), rms(&gathered(mesh, b)), "links below pairs");
+    };
+    for size_m in [1.6, 1.2, 0.8, 0.6] {
+        let mesh = mesh(room, size_m);
+        let (pairs, b, h) = uniform(room, &mesh)?;
+        enter(&format!("room, uniform patches of {size_m} m"), pairs, &mesh, &b, &h);
     }
-    }
-    for k in 0..most {
-        let n = 4.0 * 2f64.powi(k);
-        let start = Instant::now();
-        let s = refined(world, 6.0 / n, c / n.powf(p))?;
-        let t = start.elapsed().as_secs_f64();
-        println!("hier {n} n {} links {} flat {:.2} gather {:.2} t {t:.2} rounds {} closure {:.1e} worst {:.1e} rms {:.1e}", s.system.len(), s.hierarchy.links(), rms(&flat(&s.hierarchy.tree, &s.outcome.irradiance)), rms(&at(&s.hierarchy.tree, &s.outcome.radiosity)), s.hierarchy.rounds, open_balance(&s), s.hierarchy.worst_root.0, s.hierarchy.closure_defect);
+    for patches in [4.0, 8.0, 12.0, 16.0f64] {
+        let s = refined(room, LONGEST_M / patches, 0.7 / patches.powf(1.5))?;
+        let (links, o) = (s.hierarchy.links(), &s.outcome);
+        enter(&format!("room, hierarchy of {patches}"), links, &s.hierarchy.tree, &o.radiosity, &o.irradiance);
     }
     Ok(())
 }

@@ -23,11 +23,11 @@ type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
 
 fn main() -> Outcome<()> {
     let mut out = Table::default();
-    if std::env::args().count() > 1 { return hierarchical::run(&mut out); }
     goral_1984::run(&mut out)?;
     hemicube_and_discs::run(&mut out);
     substructuring::run(&mut out)?;
     gathering_and_shooting::run(&mut out)?;
+    hierarchical::run(&mut out)?;
     std::fs::write(folder().join("results.csv"), &out.csv)?;
     Ok(())
 }

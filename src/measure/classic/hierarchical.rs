@@ -9,7 +9,7 @@ use crate::solve::hierarchical::{self, Refinement};
 ///
 /// What is not refined is off by about the cube root of the allowed error, which so falls with the square root of the
 /// size of the finest patches, as does the root mean square error of those along edges.
-const ALLOWED: f64 = 0.5;
+const ALLOWED: f64 = 0.7;
 
 /// Refines and solves; finest patches of about `size`, in the program's frame, `patches` of them along the longest side.
 pub(super) fn solve(task: &Task<'_>, size: f64, patches: u32, accuracy: f64) -> Result<Level> {

@@ -23,9 +23,9 @@ use refine::{Link, Refiner};
 const MOST_ROUNDS: usize = 12;
 /// Residual of the solutions that only tell where light is.
 const ROUGH: f64 = 1e-3;
-/// Sweeps of the balance, at most, and the defect at which it ends.
-const SWEEPS: usize = 200;
-const BALANCED: f64 = 1e-12;
+/// Sweeps of the balance, at most, and the defect at which it ends; narrow gaps take many.
+const SWEEPS: usize = 3000;
+const BALANCED: f64 = 1e-9;
 
 /// Patches of all sizes and the links between them.
 #[derive(Clone, Debug)]
@@ -87,7 +87,7 @@ pub fn solve(
         refiner.refine(&mut tree, waiting, &mut brightness)?;
         rounds += 1;
         let mut hierarchy = Hierarchy::new(tree, &refiner.links, closed);
-        hierarchy.balance();
+        hierarchy.balance(ROUGH);
         let system = paint(hierarchy.tree.list());
         let rough = system.solve_by_products(&hierarchy, ROUGH)?;
         brightness = self::brightness(&hierarchy.tree, &system, &rough.radiosity);
@@ -97,6 +97,7 @@ pub fn solve(
         }
         tree = hierarchy.tree;
     };
+    hierarchy.balance(BALANCED);
     let (off, root) = hierarchy.worst_root;
     if off > largest {
         return Err(too_far_off(world, &hierarchy.tree.nodes[root].patch, off, largest));
@@ -132,7 +133,7 @@ impl Hierarchy {
             next[node as usize] += 1;
         }
         let scale = vec![1.0; tree.list().len()];
-        Self {
+        let mut new = Self {
             tree,
             links,
             first,
@@ -143,7 +144,9 @@ impl Hierarchy {
             rays: 0,
             factors: 0,
             rounds: 0,
-        }
+        };
+        new.find_defects();
+        new
     }
 
     /// Number of links.
@@ -160,8 +163,7 @@ impl Hierarchy {
 
     /// Scales what leaves send and receive until rows sum what they must, one in a closed scene, at most one in an open
     /// scene (symmetric Sinkhorn scaling); reciprocity stays.
-    fn balance(&mut self) {
-        self.find_defects();
+    fn balance(&mut self, accuracy: f64) {
         for _ in 0..SWEEPS {
             let sums = self.row_sums();
             let mut defect = 0.0f64;
@@ -172,7 +174,7 @@ impl Hierarchy {
                     *scale *= (wanted / sum).sqrt();
                 }
             }
-            if defect < BALANCED {
+            if defect < accuracy {
                 break;
             }
         }

@@ -79,7 +79,10 @@ impl<'a> Refiner<'a> {
     pub(super) fn roots(&self, tree: &PatchTree) -> Vec<Waiting> {
         let n = tree.roots() as u32;
         let blockers: Arc<[u32]> = self.pairs.all().collect();
-        (0..n).flat_map(|a| (a + 1..n).map(move |b| (a, b))).map(|(a, b)| Waiting { a, b, blockers: blockers.clone() }).collect()
+        (0..n)
+            .flat_map(|a| (a + 1..n).map(move |b| (a, b)))
+            .map(|(a, b)| Waiting { a, b, blockers: blockers.clone() })
+            .collect()
     }
 
     /// Links what waits, dividing nodes as needed; new nodes are as bright as those that they divide.

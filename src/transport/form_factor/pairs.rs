@@ -13,6 +13,8 @@ use crate::transport::visible_factor;
 
 /// Points along each side of the outer quadrature of a partly blocked pair.
 const RULES: [usize; 4] = [2, 4, 8, 16];
+/// Points along each side that tell how a factor varies: the outer ones lie near the border.
+const LOOKS: usize = 3;
 /// Change of a form factor between two rules that ends the refinement: relative, and of the whole hemisphere.
 const RELATIVE: f64 = 1e-3;
 const ABSOLUTE: f64 = 2e-6;
@@ -102,7 +104,7 @@ impl<'a> Pairs<'a> {
     pub fn spread(&self, receiver: &Patch, sent: &Patch, blocked: bool, work: &mut Work) -> Spread {
         let (surface, sender) = (&self.world.surfaces.list[receiver.surface as usize], sender(sent));
         let opposite = Some(surface.uv(sent.centre)).filter(|uv| receiver.holds(*uv));
-        let points = polygon_rule(&receiver.outline, RULES[0]).map(|p| p.0).chain(opposite);
+        let points = polygon_rule(&receiver.outline, LOOKS).map(|p| p.0).chain(opposite);
         let (mut least, mut most, mut open) = (f64::INFINITY, 0.0f64, 0.0f64);
         for (k, uv) in points.enumerate() {
             let x = surface.point(uv);
