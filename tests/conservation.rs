@@ -81,7 +81,7 @@ impl Solved {
         for key in all_keys(&world, &mesh, size) {
             mesh.make(&world.surfaces, key);
         }
-        let settings = RowSettings { replicas: 4, rays: 8, seed: 1, max_elements: 1_000_000 };
+        let settings = RowSettings { replicas: 4, rays: 8, lit_every: 1, seed: 1, max_elements: 1_000_000 };
         let rows = Rows::expand(&world, &optics, &mut mesh, &settings);
         let solution = solve::solve(&world, &optics, &mesh, &rows, accuracy).expect("a solution");
         Self { world, optics, mesh, solution }

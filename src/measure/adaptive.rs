@@ -20,8 +20,10 @@ use crate::transport::{Fork, Landing, LightPart, Optics, RowSettings, Rows, Tint
 
 /// Rays of an element, over all replicas: refined by size, never by more rays.
 const ROW_RAYS: usize = 32;
-/// Rays of a sensor that ask for elements before the solve.
+/// Rays of a sensor that ask for elements before the solve, at most.
 const DEMAND_RAYS: u32 = 64;
+/// Tolerance from which half the places on an element tell its direct light well enough.
+const ROUGH: f64 = 0.1;
 /// Rounds after which what does not hold is told instead.
 const MAX_ROUNDS: usize = 10;
 /// Rays of one set of one sensor, at most.
@@ -190,7 +192,7 @@ impl Task<'_> {
 
     fn first_rays(&self) -> u32 {
         let wanted = 128.0 * (0.05 / self.options.tolerance).powf(1.5);
-        (wanted.clamp(64.0, f64::from(MAX_SET_RAYS)) as u32).next_power_of_two().min(MAX_SET_RAYS)
+        (wanted.clamp(16.0, f64::from(MAX_SET_RAYS)) as u32).next_power_of_two().min(MAX_SET_RAYS)
     }
 
     fn prepare(&self) -> Vec<Vec<SensorState>> {
@@ -254,6 +256,7 @@ impl Task<'_> {
             let settings = RowSettings {
                 replicas: REPLICAS,
                 rays: ROW_RAYS / REPLICAS,
+                lit_every: if self.options.tolerance < ROUGH { 1 } else { 2 },
                 seed: seed(&[self.options.seed, purpose]),
                 max_elements: MAX_ELEMENTS,
             };
@@ -270,6 +273,7 @@ impl Task<'_> {
 
     /// Where the first rays of the sensors and of some pixels land.
     fn demand(&self, grids: &[Vec<SensorState>]) -> Demand {
+        let count = (2 * self.first_rays()).min(DEMAND_RAYS);
         let probes = grids.iter().flatten().map(|s| &s.probe);
         let sensors: Vec<&Probe> = probes.filter(|p| p.status == Status::Ok).collect();
         let from_sensors: Vec<Vec<_>> = sensors
@@ -277,7 +281,7 @@ impl Task<'_> {
             .enumerate()
             .map(|(i, p)| {
                 let points = Points::new(seed(&[self.options.seed, stream::SENSOR, i as u64]));
-                (0..DEMAND_RAYS).filter_map(|k| self.landing(p.position, p.normal, &points, k)).collect()
+                (0..count).filter_map(|k| self.landing(p.position, p.normal, &points, k)).collect()
             })
             .collect();
         let distance = |p: &Probe, (surface, _, uv): &(usize, bool, DVec2)| {

@@ -16,10 +16,10 @@ use crate::transport::{Fork, Landing, Optics, SUN, Tint, World, cosine_direction
 /// Two-sided 99 % quantile of Student's t for the three degrees of freedom of four replicas: an open balance is to be a
 /// bug, not bad luck.
 const STUDENT_99: f64 = 5.841;
-/// Rays from each group of emitters, in each set.
-const RAYS: u32 = 1 << 15;
-/// Rays from the sky and the ground together, and from the sun, in each set.
-const SKY_RAYS: u32 = 1 << 15;
+/// Rays in each set at a tolerance of 1 % or less: from all emitters together; from sky and ground; from the sun.
+const MOST_RAYS: f64 = 32_768.0;
+/// Rays from one group of emitters, at least.
+const FEWEST_RAYS: u32 = 512;
 /// Radius of the sphere about a scene of size one.
 const RADIUS: f64 = 0.5;
 
@@ -30,17 +30,18 @@ struct Emitted {
     unexpanded: Vec<f64>,
 }
 
-/// Draws up the balance of a solution.
-pub(super) fn balance(world: &World, optics: &Optics, solved: &Solved, seed_of_run: u64) -> Ledger {
+/// Draws up the balance of a solution, as finely as a run of this tolerance deserves.
+pub(super) fn balance(world: &World, optics: &Optics, solved: &Solved, tolerance: f64, seed_of_run: u64) -> Ledger {
+    let rays = ((MOST_RAYS * (0.01 / tolerance).min(1.0)) as u32).next_power_of_two();
     let n = optics.bands.len();
     let unit = world.surfaces.frame.area_m2();
     let areas = world.emitters.group_areas();
     let solution = &solved.solution;
     let sets: Vec<Emitted> =
-        (0..solution.replicas).into_par_iter().map(|r| shoot(world, optics, solved, &areas, seed_of_run, r)).collect();
+        (0..solution.replicas).into_par_iter().map(|r| shoot(world, optics, solved, &areas, rays, seed(&[seed_of_run, 5, r as u64]))).collect();
     let entered: Vec<Vec<f64>> = (0..solution.replicas)
         .into_par_iter()
-        .map(|r| daylight_entering(world, optics, solved, seed(&[seed_of_run, 6, r as u64])))
+        .map(|r| daylight_entering(world, optics, solved, rays, seed(&[seed_of_run, 6, r as u64])))
         .collect();
     let mut ledger = Ledger::default();
     for band in 0..n {
@@ -63,16 +64,17 @@ pub(super) fn balance(world: &World, optics: &Optics, solved: &Solved, seed_of_r
     ledger
 }
 
-fn shoot(world: &World, optics: &Optics, solved: &Solved, areas: &[f64], seed_of_run: u64, set: usize) -> Emitted {
+fn shoot(world: &World, optics: &Optics, solved: &Solved, areas: &[f64], rays: u32, stream: u64) -> Emitted {
     let n = optics.bands.len();
     let mut out = Emitted { escaped: vec![0.0; n], lost: vec![0.0; n], unexpanded: vec![0.0; n] };
     let mut tint = Tint::new(optics.pad);
+    let rays = (rays / areas.len().max(1) as u32).max(FEWEST_RAYS);
     for (group, area) in areas.iter().enumerate() {
         let members: Vec<_> = world.emitters.list.iter().filter(|e| e.group == group).collect();
-        let points = Points::new(seed(&[seed_of_run, 5, group as u64, set as u64]));
+        let points = Points::new(seed(&[stream, group as u64]));
         let flux: Vec<f64> =
-            (0..n).map(|band| area * f64::from(optics.exitance[group][band]) / f64::from(RAYS)).collect();
-        for k in 0..RAYS {
+            (0..n).map(|band| area * f64::from(optics.exitance[group][band]) / f64::from(rays)).collect();
+        for k in 0..rays {
             let mut want = points.get(k, 4) * area;
             let emitter = members
                 .iter()
@@ -123,7 +125,7 @@ fn shoot(world: &World, optics: &Optics, solved: &Solved, areas: &[f64], seed_of
 
 /// Flux of sky, ground and sun that arrives on the elements, by band: parallel rays from all directions upon the sphere
 /// about the scene. It shares nothing with the integrals that made the elements' direct light.
-fn daylight_entering(world: &World, optics: &Optics, solved: &Solved, stream: u64) -> Vec<f64> {
+fn daylight_entering(world: &World, optics: &Optics, solved: &Solved, rays: u32, stream: u64) -> Vec<f64> {
     let n = optics.bands.len();
     let mut entered = vec![0.0; n];
     let Some(light) = world.daylight() else { return entered };
@@ -143,12 +145,12 @@ fn daylight_entering(world: &World, optics: &Optics, solved: &Solved, stream: u6
         if (mirrored && !allow_mirrors) || solved.mesh.find(key) == NO_ELEMENT {
             return;
         }
-        let flux = irradiance * PI * RADIUS * RADIUS / f64::from(SKY_RAYS);
+        let flux = irradiance * PI * RADIUS * RADIUS / f64::from(rays);
         for (band, sum) in entered.iter_mut().enumerate() {
             *sum += flux * f64::from(optics.exitance[group][band]) * f64::from(tint.share(band));
         }
     };
-    for k in 0..SKY_RAYS {
+    for k in 0..rays {
         let (a, b) = points.pair(k, 0);
         let height = 2.0 * a - 1.0;
         let direction = (DVec2::from_angle(TAU * b) * (1.0 - height * height).sqrt()).extend(height);
@@ -159,7 +161,7 @@ fn daylight_entering(world: &World, optics: &Optics, solved: &Solved, stream: u6
     }
     if let Some(sun) = light.sun {
         let disc = disc(sun);
-        for k in 0..SKY_RAYS {
+        for k in 0..rays {
             let (a, b) = points.pair(k, 6);
             // Mirror images of the sun are left out of the elements' light too.
             shoot(sun_direction(&disc, a, b), k, optics.lamps + SUN, 1.0, false);

@@ -111,7 +111,7 @@ fn plan_bands(scene: &Scene, daylight: Option<&Daylight>, tolerance: f64) -> Res
 fn by_radiosity(task: &Task<'_>, mut record: Record) -> Result<Measurement> {
     let mut adapted = task.refine()?;
     let start = Instant::now();
-    let ledger = ledger::balance(task.world, task.optics, &adapted.main, task.options.seed);
+    let ledger = ledger::balance(task.world, task.optics, &adapted.main, task.options.tolerance, task.options.seed);
     record.timings_s.append(&mut adapted.timings);
     record.timings_s.push(("energy balance".into(), start.elapsed().as_secs_f64()));
     check_ledger(&ledger, &mut record);

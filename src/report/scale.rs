@@ -18,9 +18,12 @@ pub(super) struct Scale {
     pub(super) hi: f64,
     pub(super) ticks: Vec<f64>,
     spacing: Spacing,
-    gradient: Gradient,
+    /// Colours from the lower to the upper end.
+    colours: Vec<Colour>,
 }
 
+/// Colours of a scale: more than eight bits a channel can tell apart.
+const COLOURS: usize = 2048;
 /// Most steps of a linear scale.
 const STEPS: f64 = 12.0;
 /// A range wider than this is shown logarithmically.
@@ -57,7 +60,7 @@ impl Scale {
         let (first, last) = ((from / step).floor(), (max / step - 1e-9).ceil());
         let count = (last - first).max(1.0) as usize;
         let ticks: Vec<f64> = (0..=count).map(|i| (first + i as f64) * step).collect();
-        Self { lo: ticks[0], hi: ticks[count], ticks, spacing: Spacing::Linear, gradient }
+        Self { lo: ticks[0], hi: ticks[count], ticks, spacing: Spacing::Linear, colours: colours(gradient) }
     }
 
     fn logarithmic(low: f64, max: f64, gradient: Gradient) -> Self {
@@ -72,7 +75,7 @@ impl Scale {
             .flat_map(|k| digits.iter().map(move |d| decimal(*d, k)))
             .filter(|v| *v >= lo * 0.999 && *v <= hi * 1.001)
             .collect();
-        Self { lo, hi, ticks, spacing: Spacing::Logarithmic, gradient }
+        Self { lo, hi, ticks, spacing: Spacing::Logarithmic, colours: colours(gradient) }
     }
 
     /// Place of a value, 0 at the lower end and 1 at the upper, held there.
@@ -90,7 +93,7 @@ impl Scale {
 
     /// Colour of a place from 0 to 1.
     pub(super) fn colour_at(&self, place: f64) -> Colour {
-        self.gradient.eval_continuous(place).into_array()
+        self.colours[(place * (COLOURS - 1) as f64).round() as usize]
     }
 
     /// A tick as text.
@@ -100,6 +103,10 @@ impl Scale {
             Spacing::Logarithmic => three_digits(v),
         }
     }
+}
+
+fn colours(gradient: Gradient) -> Vec<Colour> {
+    (0..COLOURS).map(|i| gradient.eval_rational(i, COLOURS).into_array()).collect()
 }
 
 /// 1, 2 or 5 times a power of ten, at least `least`.

@@ -58,6 +58,8 @@ pub struct RowSettings {
     pub replicas: usize,
     /// Rays of each set, per element.
     pub rays: usize,
+    /// Every how manyth of these starts is lit directly.
+    pub lit_every: usize,
     /// Seed.
     pub seed: u64,
     /// Elements are not made beyond this number.
@@ -254,7 +256,8 @@ impl<'a> Worker<'a> {
             out.rays += rays as u64;
             for k in 0..rays {
                 let sample = self.sample(mesh, k, points.get(first.wrapping_add(k as u32), 4), &mut out.rays);
-                if sample.target != Target::Covered && !self.world.glowing() {
+                let asked = k % self.settings.lit_every == 0 && !self.world.glowing();
+                if asked && sample.target != Target::Covered {
                     counted[r] += 1;
                     self.factors.fill(0.0);
                     let x = self.rays[k].at(0.0);

@@ -2,6 +2,8 @@
 
 #![allow(dead_code, unreachable_pub, reason = "every test file takes what it needs")]
 
+pub mod rooms;
+
 use clerestory::measure::{GridResult, Measurement, Method, SensorResult, Silent, SolveOptions, Status};
 use clerestory::scene::{Axes, Emission, Face, Grid, GridLayout, Material, MaterialKind, Scene, Sensor};
 use clerestory::spectrum::{BandMode, SpectralValue, Spectrum};
