@@ -219,7 +219,7 @@ fn by(method: Method, patches: Option<u32>) -> SolveOptions {
     SolveOptions { method, patches, ..SolveOptions::default() }
 }
 
-const CLASSIC: [Method; 7] = [
+const CLASSIC: [Method; 8] = [
     Method::FullMatrix,
     Method::Gathering,
     Method::Shooting,
@@ -227,6 +227,7 @@ const CLASSIC: [Method; 7] = [
     Method::ConjugateGradients,
     Method::Hemicube,
     Method::Discs,
+    Method::Hierarchical,
 ];
 
 /// A room of 4 × 3 × 2.5 m with a lamp that hangs low and a box on the floor.

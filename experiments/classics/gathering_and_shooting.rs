@@ -27,7 +27,7 @@ pub(super) fn run(out: &mut Table) -> Outcome<()> {
     ];
     for (rho, targets) in columns {
         // Uniform reflectance, the lamps' too.
-        let system = system(&world, &mesh, &[rho; 3], &[0.0, 0.0, 1.0]);
+        let system = system(&world, &mesh.list, &[rho; 3], &[0.0, 0.0, 1.0]);
         let exact = system.solve(&factors, Solver::FullMatrix, 1e-9)?;
         let largest = exact.radiosity.iter().copied().fold(0.0, f64::max);
         let solvers =
@@ -58,7 +58,7 @@ fn progressive(out: &mut Table) -> Outcome<()> {
     let world = furnished_room();
     let mesh = mesh(&world, 0.65);
     let factors = analytic(&world, &mesh)?;
-    let system = system(&world, &mesh, &[0.6, 0.5, 0.0], &[0.0, 0.0, 1.0]);
+    let system = system(&world, &mesh.list, &[0.6, 0.5, 0.0], &[0.0, 0.0, 1.0]);
     let truth = system.solve(&factors, Solver::ConjugateGradients, 1e-9)?.radiosity;
     // Lamps shine as they should from the start: surfaces that reflect are compared.
     let lit: Vec<usize> = (0..system.len()).filter(|i| system.rho[*i] > 0.0).collect();

@@ -54,7 +54,7 @@ impl Cube {
         };
         factors.balance(&mesh, &world, 0.2)?;
         let radiosity =
-            system(&world, &mesh, &RHO, &EMITTED).solve(&factors, Solver::ConjugateGradients, 1e-9)?.radiosity;
+            system(&world, &mesh.list, &RHO, &EMITTED).solve(&factors, Solver::ConjugateGradients, 1e-9)?.radiosity;
         Ok(Self { world, mesh, radiosity })
     }
 

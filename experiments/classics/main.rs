@@ -5,6 +5,7 @@
 mod gathering_and_shooting;
 mod goral_1984;
 mod hemicube_and_discs;
+mod hierarchical;
 mod substructuring;
 
 use std::fmt::Write;
@@ -26,6 +27,7 @@ fn main() -> Outcome<()> {
     hemicube_and_discs::run(&mut out);
     substructuring::run(&mut out)?;
     gathering_and_shooting::run(&mut out)?;
+    hierarchical::run(&mut out)?;
     std::fs::write(folder().join("results.csv"), &out.csv)?;
     Ok(())
 }
@@ -141,11 +143,11 @@ fn material(world: &World, p: &Patch) -> usize {
 }
 
 /// One band; reflectance and exitance by material, light from fronts alone.
-fn system(world: &World, mesh: &PatchMesh, rho: &[f64], emitted: &[f64]) -> System {
+fn system(world: &World, patches: &[Patch], rho: &[f64], emitted: &[f64]) -> System {
     System {
         bands: 1,
-        areas: mesh.list.iter().map(|p| p.area).collect(),
-        rho: mesh.list.iter().map(|p| rho[material(world, p)]).collect(),
-        emitted: mesh.list.iter().map(|p| if p.front { emitted[material(world, p)] } else { 0.0 }).collect(),
+        areas: patches.iter().map(|p| p.area).collect(),
+        rho: patches.iter().map(|p| rho[material(world, p)]).collect(),
+        emitted: patches.iter().map(|p| if p.front { emitted[material(world, p)] } else { 0.0 }).collect(),
     }
 }

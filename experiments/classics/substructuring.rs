@@ -17,7 +17,7 @@ const SIZE: f64 = 0.8;
 
 fn radiosity(world: &World, mesh: &PatchMesh) -> Outcome<Vec<f64>> {
     let factors = analytic(world, mesh)?;
-    Ok(system(world, mesh, &RHO, &EMITTED).solve(&factors, Solver::ConjugateGradients, 1e-8)?.radiosity)
+    Ok(system(world, &mesh.list, &RHO, &EMITTED).solve(&factors, Solver::ConjugateGradients, 1e-8)?.radiosity)
 }
 
 /// Irradiance of every element from the patches.
@@ -52,7 +52,7 @@ pub(super) fn run(out: &mut Table) -> Outcome<()> {
                 sent.iter().enumerate().map(|(j, b)| b * analytic.at_point(x, e.normal, j, work)).sum::<f64>()
             })
             .collect();
-        let factors = system(&world, &patches, &RHO, &EMITTED);
+        let factors = system(&world, &patches.list, &RHO, &EMITTED);
         let of_patches = factors.irradiance(&super::analytic(&world, &patches)?, &sent);
         let flat: Vec<f64> = elements
             .list

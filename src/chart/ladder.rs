@@ -73,6 +73,7 @@ impl Plan {
                 gathered(Method::ConjugateGradients),
                 gathered(Method::Hemicube),
                 gathered(Method::Discs),
+                gathered(Method::Hierarchical),
                 ("full-matrix, flat patches", classic(Method::FullMatrix, Display::Constant)),
                 ("full-matrix, bilinear", classic(Method::FullMatrix, Display::Bilinear)),
             ],

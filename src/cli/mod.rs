@@ -163,6 +163,8 @@ enum MethodArg {
     Hemicube,
     /// Classic: form factors by rays to discs, shooting.
     Discs,
+    /// Classic: links between patches of all sizes, refined by what they carry.
+    Hierarchical,
 }
 
 impl From<MethodArg> for Method {
@@ -177,6 +179,7 @@ impl From<MethodArg> for Method {
             MethodArg::ConjugateGradients => Self::ConjugateGradients,
             MethodArg::Hemicube => Self::Hemicube,
             MethodArg::Discs => Self::Discs,
+            MethodArg::Hierarchical => Self::Hierarchical,
         }
     }
 }

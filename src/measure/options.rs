@@ -61,6 +61,8 @@ pub enum Method {
     Hemicube,
     /// Ray-traced discs, shooting (Wallace et al. 1989).
     Discs,
+    /// Links between patches of all sizes, refined by what they carry (Hanrahan et al. 1991).
+    Hierarchical,
 }
 
 impl Method {
@@ -77,6 +79,7 @@ impl Method {
             Self::ConjugateGradients => "conjugate-gradients",
             Self::Hemicube => "hemicube",
             Self::Discs => "discs",
+            Self::Hierarchical => "hierarchical",
         }
     }
 }

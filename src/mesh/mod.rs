@@ -2,7 +2,8 @@
 //!
 //! In: a [`Scene`](crate::scene::Scene). Out: [`Surfaces`] (polygons about a local origin, scaled to size one,
 //! with the lines along which other surfaces touch them) and [`Elements`] (cells of a surface's grid, cut
-//! along those lines, made when a ray asks for them; larger where [`Importance`] is thin). [`PatchMesh`] makes them all at once, for the classic methods.
+//! along those lines, made when a ray asks for them; larger where [`Importance`] is thin). [`PatchMesh`] makes them all
+//! at once, for the classic methods, [`PatchTree`] in all sizes.
 
 mod contact;
 mod elements;
@@ -10,10 +11,12 @@ mod importance;
 mod polygon;
 mod solid;
 mod surfaces;
+mod tree;
 mod uniform;
 
 pub use elements::{Element, ElementKey, Elements, NO_ELEMENT};
 pub use importance::Importance;
 pub use polygon::{clip_halfplane, clip_line, polygon_area, sample_polygon};
 pub use surfaces::{Frame, Surface, Surfaces};
-pub use uniform::{Patch, PatchMesh};
+pub use tree::{Node, PatchTree};
+pub use uniform::{Patch, PatchMesh, Patches};

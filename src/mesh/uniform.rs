@@ -3,6 +3,8 @@
 //! The classic methods need all patches before they begin; [`Elements`](super::Elements) are made on demand instead. Like
 //! those, patches are cut along the lines on which other surfaces stand.
 
+use std::ops::Range;
+
 use glam::{DVec2, DVec3};
 
 use super::polygon::{clip_halfplane, clip_line, polygon_area};
@@ -31,6 +33,19 @@ pub struct Patch {
     /// Area, in the program's frame.
     pub area: f64,
     cell: [u32; 2],
+}
+
+/// Patches that cover the surfaces of a scene.
+pub trait Patches: Sync + std::fmt::Debug {
+    /// The patches.
+    fn list(&self) -> &[Patch];
+
+    /// The patch under a point of a surface's side.
+    fn find(&self, surface: usize, front: bool, uv: DVec2) -> Option<u32>;
+
+    /// A value of the patches at a point of a surface's side, linear between the middles of patches; `None` where it cannot
+    /// be had.
+    fn interpolate(&self, surface: usize, front: bool, uv: DVec2, value: &dyn Fn(usize) -> f64) -> Option<f64>;
 }
 
 /// The patches of one side of one surface.
@@ -117,14 +132,7 @@ impl PatchMesh {
         let side = &self.sides[surface][usize::from(front)];
         let index = |x: f64, step: f64, n: usize| ((x / step).max(0.0) as usize).min(n - 1);
         let cell = [index(uv.x, side.step.x, side.cells[0]), index(uv.y, side.step.y, side.cells[1])];
-        let range = side.of(cell);
-        match range.len() {
-            0 => None,
-            1 => Some(range.start),
-            _ => range.max_by(|a, b| {
-                depth(&self.list[*a as usize].outline, uv).total_cmp(&depth(&self.list[*b as usize].outline, uv))
-            }),
-        }
+        deepest(side.of(cell), |i| &self.list[i as usize].outline, uv)
     }
 
     /// A value of the patches at a point of a surface's side, linear between the middles of cells and continued to the
@@ -157,15 +165,29 @@ impl PatchMesh {
     }
 }
 
+impl Patches for PatchMesh {
+    fn list(&self) -> &[Patch] {
+        &self.list
+    }
+
+    fn find(&self, surface: usize, front: bool, uv: DVec2) -> Option<u32> {
+        Self::find(self, surface, front, uv)
+    }
+
+    fn interpolate(&self, surface: usize, front: bool, uv: DVec2, value: &dyn Fn(usize) -> f64) -> Option<f64> {
+        Self::interpolate(self, surface, front, uv, value)
+    }
+}
+
 impl Side {
-    fn of(&self, cell: [usize; 2]) -> std::ops::Range<u32> {
+    fn of(&self, cell: [usize; 2]) -> Range<u32> {
         let k = cell[1] * self.cells[0] + cell[0];
         self.first[k]..self.first[k + 1]
     }
 }
 
 impl Patch {
-    fn new(s: &Surface, surface: u32, front: bool, cell: [u32; 2], outline: Vec<DVec2>) -> Self {
+    pub(super) fn new(s: &Surface, surface: u32, front: bool, cell: [u32; 2], outline: Vec<DVec2>) -> Self {
         let mut polygon: Vec<DVec3> = outline.iter().map(|p| s.point(*p)).collect();
         if !front {
             polygon.reverse();
@@ -183,6 +205,12 @@ impl Patch {
         }
     }
 
+    /// Does a point of the surface lie in it?
+    #[must_use]
+    pub fn holds(&self, uv: DVec2) -> bool {
+        depth(&self.outline, uv) > 0.0
+    }
+
     /// Where in the surface's grid it lies: column, row.
     #[must_use]
     pub fn cell(&self) -> [u32; 2] {
@@ -191,7 +219,7 @@ impl Patch {
 }
 
 /// The pieces of a surface in a cell, cut along its contact lines.
-fn pieces_of_cell(s: &Surface, cell: [u32; 2], step: DVec2) -> Vec<Vec<DVec2>> {
+pub(super) fn pieces_of_cell(s: &Surface, cell: [u32; 2], step: DVec2) -> Vec<Vec<DVec2>> {
     let low = DVec2::new(f64::from(cell[0]), f64::from(cell[1])) * step;
     let high = low + step;
     let mut whole = s.outline.clone();
@@ -229,6 +257,15 @@ fn split(piece: Vec<DVec2>, a: DVec2, b: DVec2, least: f64) -> Vec<Vec<DVec2>> {
         return vec![piece];
     }
     halves.into()
+}
+
+/// The one of some polygons in which a point lies, or lies the least outside.
+pub(super) fn deepest<'a>(range: Range<u32>, outline: impl Fn(u32) -> &'a Vec<DVec2>, uv: DVec2) -> Option<u32> {
+    match range.len() {
+        0 => None,
+        1 => Some(range.start),
+        _ => range.max_by(|a, b| depth(outline(*a), uv).total_cmp(&depth(outline(*b), uv))),
+    }
 }
 
 /// Least distance of a point from the outside of a convex polygon; negative outside.

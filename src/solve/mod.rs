@@ -7,6 +7,7 @@
 mod bicgstab;
 pub mod dense;
 mod exchange;
+pub mod hierarchical;
 
 use rayon::prelude::*;
 

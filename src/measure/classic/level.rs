@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::super::adaptive::Task;
 use super::super::options::Method;
 use crate::error::{Error, Result};
-use crate::mesh::PatchMesh;
+use crate::mesh::{Patch, PatchMesh, Patches};
 use crate::scene::MaterialKind;
 use crate::solve::dense::{OnDemand, Shooting, Solver, System};
 use crate::transport::World;
@@ -16,7 +16,7 @@ pub(super) const MOST_PATCHES: usize = 4000;
 /// Discs along each side of a source.
 const DISCS: usize = 4;
 /// Largest defect of a row sum that is balanced away: of exact factors, and of the two approximate methods.
-const LARGEST_EXACT: f64 = 0.05;
+pub(super) const LARGEST_EXACT: f64 = 0.05;
 const LARGEST_APPROXIMATE: f64 = 0.5;
 /// Shots between two looks at what is unshot.
 const LOOK: usize = 8;
@@ -26,7 +26,7 @@ const LOOK: usize = 8;
 pub(super) struct Level {
     /// Side of a patch aimed at, in the program's frame.
     pub(super) size: f64,
-    pub(super) mesh: PatchMesh,
+    pub(super) mesh: Box<dyn Patches>,
     pub(super) system: System,
     pub(super) solved: Solved,
 }
@@ -48,6 +48,8 @@ pub(super) struct Solved {
     pub(super) iterations: usize,
     pub(super) rays: u64,
     pub(super) factors: u64,
+    /// Links of a hierarchy.
+    pub(super) links: Option<u64>,
 }
 
 /// What a matrix of form factors tells beside the radiosities.
@@ -74,7 +76,7 @@ impl Level {
         if mesh.list.len() > MOST_PATCHES {
             return Err(too_many(mesh.list.len()));
         }
-        let system = system(task, &mesh);
+        let system = system(task, &mesh.list);
         let exact = |solver| by_matrix(task, &mesh, &system, &Analytic::new(world, &mesh), solver, accuracy);
         let solved = match task.options.method {
             Method::Progressive => progressive(task, &mesh, &system),
@@ -89,20 +91,22 @@ impl Level {
             Method::FullMatrix => exact(Solver::FullMatrix)?,
             Method::Gathering => exact(Solver::GaussSeidel)?,
             Method::Shooting => exact(Solver::Southwell)?,
-            Method::ConjugateGradients | Method::Auto | Method::PathTracing => exact(Solver::ConjugateGradients)?,
+            Method::ConjugateGradients | Method::Hierarchical | Method::Auto | Method::PathTracing => {
+                exact(Solver::ConjugateGradients)?
+            }
         };
-        Ok(Self { size, mesh, system, solved })
+        Ok(Self { size, mesh: Box::new(mesh), system, solved })
     }
 }
 
 /// Hemicubes with ten pixels across a patch of a size that is seen from across the room.
-pub(super) fn hemicube<'a>(world: &'a World, mesh: &'a PatchMesh, size: f64) -> Hemicube<'a> {
+pub(super) fn hemicube<'a>(world: &'a World, mesh: &'a dyn Patches, size: f64) -> Hemicube<'a> {
     let resolution = ((20.0 / size).clamp(50.0, 400.0) as usize).next_multiple_of(2);
     Hemicube { world, mesh, resolution }
 }
 
 /// Discs for every source.
-pub(super) fn discs<'a>(world: &'a World, mesh: &'a PatchMesh) -> Discs<'a> {
+pub(super) fn discs<'a>(world: &'a World, mesh: &'a dyn Patches) -> Discs<'a> {
     Discs { world, mesh, per_side: DISCS }
 }
 
@@ -139,6 +143,7 @@ fn by_matrix(
         iterations: outcome.iterations,
         rays: factors.rays,
         factors: factors.factors,
+        links: None,
         ambient: vec![0.0; system.bands],
         iteration: outcome.bound,
         radiosity: outcome.radiosity,
@@ -174,6 +179,7 @@ fn progressive(task: &Task<'_>, mesh: &PatchMesh, system: &System) -> Solved {
         iterations: state.shots(),
         rays: state.rows().rays,
         factors: state.rows().factors,
+        links: None,
         ambient: state.ambient(),
         iteration: 0.0,
         radiosity: state.displayed(true),
@@ -207,7 +213,7 @@ fn too_many(patches: usize) -> Error {
 }
 
 /// Reflectances and exitances of the patches.
-fn system(task: &Task<'_>, mesh: &PatchMesh) -> System {
+pub(super) fn system(task: &Task<'_>, patches: &[Patch]) -> System {
     let bands = &task.optics.bands;
     let materials: Vec<[Vec<f64>; 3]> = task
         .scene
@@ -223,7 +229,7 @@ fn system(task: &Task<'_>, mesh: &PatchMesh) -> System {
         })
         .collect();
     let mut system = System { bands: bands.len(), areas: Vec::new(), rho: Vec::new(), emitted: Vec::new() };
-    for p in &mesh.list {
+    for p in patches {
         let m = &materials[task.world.surfaces.list[p.surface as usize].material];
         system.areas.push(p.area);
         system.rho.extend(&m[usize::from(p.front)]);

@@ -1,9 +1,10 @@
-//! The classic methods: a uniform mesh, a dense system, and an error from two meshes.
+//! The classic methods: a mesh, a dense system or links that act as one, and an error from two meshes.
 //!
 //! Each solves a scene twice, on a mesh and on one twice as coarse. Where the error falls with the power `p` of the size of a
 //! patch, the finer one is off by the difference over `2^p − 1`. Twice the difference, and no less than twice its root mean
 //! square over the grid, is the stated error: enough down to `p = 0.6`.
 
+mod hierarchical;
 mod level;
 mod picture;
 mod read;
@@ -59,7 +60,7 @@ pub(super) fn run(task: &Task<'_>, mut record: Record) -> Result<Measurement> {
     let mut fine = level(task, patches)?;
     let mut work = Work::default();
     let mut grids = read_all(task, &fine, &coarse, &mut work);
-    while task.options.patches.is_none() && !grids.iter().all(holds) && 4 * fine.mesh.list.len() <= MOST_PATCHES {
+    while task.options.patches.is_none() && !grids.iter().all(holds) && 4 * fine.mesh.list().len() <= MOST_PATCHES {
         patches *= 2;
         coarse = fine;
         fine = level(task, patches)?;
@@ -96,7 +97,11 @@ fn coarser(patches: u32) -> u32 {
 
 fn level(task: &Task<'_>, patches: u32) -> Result<Level> {
     task.progress.stage(&format!("{patches} patches along the longest side"), 0);
-    Level::solve(task, longest(task.world) / f64::from(patches), task.accuracy())
+    let size = longest(task.world) / f64::from(patches);
+    match task.options.method {
+        Method::Hierarchical => hierarchical::solve(task, size, patches, task.accuracy()),
+        _ => Level::solve(task, size, task.accuracy()),
+    }
 }
 
 /// Longest side of any surface, in the program's frame.
@@ -193,7 +198,7 @@ fn describe(task: &Task<'_>, record: &mut Record, patches: u32, fine: &Level, co
         setting("solver", fine.solved.solver.clone(), "residual below a thousandth of the tolerance"),
     ]);
     record.counts.extend([
-        ("patches".into(), fine.mesh.list.len() as u64),
+        ("patches".into(), fine.mesh.list().len() as u64),
         ("rays".into(), fine.solved.rays + coarse.solved.rays + work.rays),
         ("form_factors".into(), fine.solved.factors + coarse.solved.factors + work.factors),
         ("iterations".into(), fine.solved.iterations as u64),
@@ -201,6 +206,7 @@ fn describe(task: &Task<'_>, record: &mut Record, patches: u32, fine: &Level, co
     if task.options.method == Method::Hemicube {
         record.warnings.extend(coarse_hemicube(task, fine));
     }
+    record.counts.extend(fine.solved.links.map(|links| ("links".into(), links)));
     if fine.solved.ambient.iter().any(|a| *a != 0.0) {
         record.left_out.push(LeftOut {
             what: "light not shot yet".into(),
@@ -215,7 +221,7 @@ fn describe(task: &Task<'_>, record: &mut Record, patches: u32, fine: &Level, co
 /// Tells of lights too small for the hemicubes: they alias, or are missed, and two meshes need not tell.
 fn coarse_hemicube(task: &Task<'_>, fine: &Level) -> Option<String> {
     let world = task.world;
-    let resolution = level::hemicube(world, &fine.mesh, fine.size).resolution as f64;
+    let resolution = level::hemicube(world, &*fine.mesh, fine.size).resolution as f64;
     let corners = || world.surfaces.list.iter().flat_map(|s| &s.vertices);
     let needed = world.emitters.list.iter().map(|e| {
         let centre = e.vertices.iter().sum::<DVec3>() / e.vertices.len() as f64;

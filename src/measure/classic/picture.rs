@@ -84,7 +84,7 @@ fn pixel_of(task: &Task<'_>, camera: &Camera, level: &Level, radiosity: &[f64], 
             let shown = if task.options.display == Display::Constant {
                 flat()
             } else {
-                level.mesh.interpolate(hit.surface as usize, front, uv, value).or_else(flat)
+                level.mesh.interpolate(hit.surface as usize, front, uv, &value).or_else(flat)
             };
             *sum += shown.unwrap_or(0.0) / (std::f64::consts::PI * samples);
         }

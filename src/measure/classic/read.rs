@@ -39,7 +39,7 @@ pub(super) struct Reader<'a> {
 
 impl<'a> Reader<'a> {
     pub(super) fn new(task: &'a Task<'a>, level: &'a Level) -> Self {
-        let (world, mesh) = (task.world, &level.mesh);
+        let (world, mesh) = (task.world, level.mesh.as_ref());
         let eye = match task.options.method {
             Method::Hemicube => Eye::Hemicube(level::hemicube(world, mesh, level.size)),
             Method::Discs => Eye::Discs(level::discs(world, mesh)),
@@ -60,7 +60,7 @@ impl<'a> Reader<'a> {
 
     /// The factor of every patch times its radiosity.
     fn gather(&self, x: DVec3, normal: DVec3, work: &mut Work) -> Reading {
-        let patches = &self.level.mesh.list;
+        let patches = self.level.mesh.list();
         match &self.eye {
             Eye::Exact(analytic) => {
                 let mut reading = self.exact_direct(x, normal, work);
@@ -140,7 +140,7 @@ impl<'a> Reader<'a> {
         let value = |field: &[f64], band: usize| {
             let at = |i: usize| field[i * bands + band];
             let flat = || self.level.mesh.find(surface, front, uv).map(|i| at(i as usize));
-            if bilinear { self.level.mesh.interpolate(surface, front, uv, at).or_else(flat) } else { flat() }
+            if bilinear { self.level.mesh.interpolate(surface, front, uv, &at).or_else(flat) } else { flat() }
         };
         let field = |f: &[f64]| (0..bands).map(|b| value(f, b)).collect::<Option<Vec<f64>>>();
         let (whole, direct) = (field(&matrix.irradiance)?, field(&matrix.direct)?);

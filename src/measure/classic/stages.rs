@@ -32,8 +32,8 @@ impl Stage {
 /// Shoots once more from the start and keeps what is to be seen: the ambient term alone, one light shot, two lights shot,
 /// [`FEW`] shots more, and the full solution. Lights that are not there have no stage.
 pub(super) fn stages(task: &Task<'_>, level: &Level) -> Vec<Stage> {
-    let analytic = Analytic::new(task.world, &level.mesh);
-    let rows = OnDemand::new(&analytic, &level.system.areas, is_closed(task.world, &level.mesh));
+    let analytic = Analytic::new(task.world, &*level.mesh);
+    let rows = OnDemand::new(&analytic, &level.system.areas, is_closed(task.world, &*level.mesh));
     let mut state = Shooting::new(&level.system, rows, false);
     let mut list = vec![Stage::new("ambient only", &state)];
     let mut lights = Lights::new(level);
@@ -66,9 +66,9 @@ impl<'a> Lights<'a> {
     fn new(level: &'a Level) -> Self {
         let bands = level.system.bands;
         let dark: Vec<bool> = level.system.emitted.chunks_exact(bands).map(|m| m.iter().all(|m| *m == 0.0)).collect();
-        let surfaces = level.mesh.list.iter().map(|p| p.surface as usize + 1).max().unwrap_or(0);
+        let surfaces = level.mesh.list().iter().map(|p| p.surface as usize + 1).max().unwrap_or(0);
         let mut left = vec![0; surfaces];
-        for (p, _) in level.mesh.list.iter().zip(&dark).filter(|(_, dark)| !**dark) {
+        for (p, _) in level.mesh.list().iter().zip(&dark).filter(|(_, dark)| !**dark) {
             left[p.surface as usize] += 1;
         }
         Self { level, left, dark }
@@ -82,7 +82,7 @@ impl<'a> Lights<'a> {
         while let Some(i) = state.shoot() {
             // A patch that shoots again gives what it reflects.
             if !std::mem::replace(&mut self.dark[i], true) {
-                let left = &mut self.left[self.level.mesh.list[i].surface as usize];
+                let left = &mut self.left[self.level.mesh.list()[i].surface as usize];
                 *left -= 1;
                 if *left == 0 {
                     return true;

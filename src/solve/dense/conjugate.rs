@@ -5,13 +5,12 @@
 
 use rayon::prelude::*;
 
-use super::System;
-use crate::transport::form_factor::FormFactors;
+use super::{Operator, System};
 
 const MOST_PRODUCTS: usize = 1000;
 
 /// Radiosities, and the number of products with the matrix; all bands go abreast.
-pub(super) fn solve(system: &System, factors: &FormFactors, accuracy: f64) -> (Vec<f64>, usize) {
+pub(super) fn solve(system: &System, factors: &dyn Operator, accuracy: f64) -> (Vec<f64>, usize) {
     let bands = system.bands;
     let share: Vec<f64> = (0..system.rho.len()).map(|k| (system.rho[k] / system.areas[k / bands]).sqrt()).collect();
     let scaled = |x: &[f64]| -> Vec<f64> { x.iter().zip(&share).map(|(x, s)| x * s).collect() };
@@ -47,7 +46,7 @@ pub(super) fn solve(system: &System, factors: &FormFactors, accuracy: f64) -> (V
 }
 
 /// `X x`: irradiance times area.
-fn exchange(system: &System, factors: &FormFactors, x: &[f64]) -> Vec<f64> {
+fn exchange(system: &System, factors: &dyn Operator, x: &[f64]) -> Vec<f64> {
     let mut h = system.irradiance(factors, x);
     h.par_chunks_mut(system.bands.max(1)).zip(&system.areas).for_each(|(h, a)| h.iter_mut().for_each(|h| *h *= a));
     h

@@ -1,6 +1,6 @@
 //! Gathering: every patch asks all others, sweep after sweep (Cohen and Greenberg 1985).
 
-use super::System;
+use super::{System, gather};
 use crate::transport::form_factor::FormFactors;
 
 /// Sweeps, at most: enough for a reflectance of 0.999 at single precision.
@@ -32,7 +32,7 @@ pub(super) fn gauss_seidel(system: &System, factors: &FormFactors, accuracy: f64
     for sweep in 1..=MOST_SWEEPS {
         let mut change = Change::new(bands);
         for i in 0..system.len() {
-            system.gather(factors, i, &radiosity, &mut h);
+            gather(factors, i, &radiosity, &mut h);
             for (band, h) in h.iter().enumerate() {
                 let k = i * bands + band;
                 let next = system.emitted[k] + system.rho[k] * h;

@@ -46,6 +46,36 @@ pub enum Solver {
     ConjugateGradients,
 }
 
+/// What turns radiosities into irradiances: a matrix of form factors, or something that acts as one.
+pub trait Operator: Sync {
+    /// Irradiance of all patches from their radiosities; `bands` of each, fastest.
+    fn irradiance(&self, radiosity: &[f64], bands: usize) -> Vec<f64>;
+
+    /// Does no light leave the scene?
+    fn is_closed(&self) -> bool;
+}
+
+impl Operator for FormFactors {
+    fn irradiance(&self, radiosity: &[f64], bands: usize) -> Vec<f64> {
+        let mut out = vec![0.0; radiosity.len()];
+        out.par_chunks_mut(bands.max(1)).enumerate().for_each(|(i, h)| gather(self, i, radiosity, h));
+        out
+    }
+
+    fn is_closed(&self) -> bool {
+        self.closed
+    }
+}
+
+/// Irradiance of one patch, into `h`.
+fn gather(factors: &FormFactors, i: usize, radiosity: &[f64], h: &mut [f64]) {
+    h.fill(0.0);
+    for (x, b) in factors.exchange_row(i).iter().zip(radiosity.chunks_exact(h.len())) {
+        h.iter_mut().zip(b).for_each(|(h, b)| *h += x * b);
+    }
+    h.iter_mut().for_each(|h| *h /= factors.areas[i]);
+}
+
 /// The system of a mesh. Fields are stored patch by patch, band fastest.
 #[derive(Clone, Debug)]
 pub struct System {
@@ -96,6 +126,13 @@ impl System {
         self.flux(&self.emitted)
     }
 
+    /// Mean reflectance by area, in each band.
+    #[must_use]
+    pub fn mean_rho(&self) -> Vec<f64> {
+        let total: f64 = self.areas.iter().sum();
+        self.flux(&self.rho).iter().map(|r| r / total.max(1e-300)).collect()
+    }
+
     /// `Σ A |x|`, band by band.
     fn flux(&self, x: &[f64]) -> Vec<f64> {
         let mut sums = vec![0.0; self.bands];
@@ -107,19 +144,8 @@ impl System {
 
     /// Irradiance of all patches from their radiosities.
     #[must_use]
-    pub fn irradiance(&self, factors: &FormFactors, radiosity: &[f64]) -> Vec<f64> {
-        let mut out = vec![0.0; radiosity.len()];
-        out.par_chunks_mut(self.bands.max(1)).enumerate().for_each(|(i, h)| self.gather(factors, i, radiosity, h));
-        out
-    }
-
-    /// Irradiance of one patch, into `h`.
-    fn gather(&self, factors: &FormFactors, i: usize, radiosity: &[f64], h: &mut [f64]) {
-        h.fill(0.0);
-        for (x, b) in factors.exchange_row(i).iter().zip(radiosity.chunks_exact(self.bands)) {
-            h.iter_mut().zip(b).for_each(|(h, b)| *h += x * b);
-        }
-        h.iter_mut().for_each(|h| *h /= self.areas[i]);
+    pub fn irradiance(&self, factors: &dyn Operator, radiosity: &[f64]) -> Vec<f64> {
+        factors.irradiance(radiosity, self.bands)
     }
 
     /// Solves until the residual of every band is at most `accuracy` of its largest reflected radiosity.
@@ -136,14 +162,25 @@ impl System {
             Solver::GaussSeidel => gathering::gauss_seidel(self, factors, accuracy),
             Solver::Southwell => shooting::to_the_end(self, factors, accuracy, false),
             Solver::Overshooting => shooting::to_the_end(self, factors, accuracy, true),
-            Solver::ConjugateGradients => conjugate::solve(self, factors, accuracy),
+            Solver::ConjugateGradients => return self.solve_by_products(factors, accuracy),
         };
+        Ok(self.judge(factors, radiosity, iterations))
+    }
+
+    /// The same by conjugate gradients, which ask for nothing but products.
+    ///
+    /// # Errors
+    ///
+    /// When there is no finite solution: the scene is closed and nothing absorbs.
+    pub fn solve_by_products(&self, factors: &dyn Operator, accuracy: f64) -> Result<Outcome> {
+        self.check_finite(factors)?;
+        let (radiosity, iterations) = conjugate::solve(self, factors, accuracy);
         Ok(self.judge(factors, radiosity, iterations))
     }
 
     /// What is known of a radiosity, however it was come by.
     #[must_use]
-    pub fn judge(&self, factors: &FormFactors, radiosity: Vec<f64>, iterations: usize) -> Outcome {
+    pub fn judge(&self, factors: &dyn Operator, radiosity: Vec<f64>, iterations: usize) -> Outcome {
         let irradiance = self.irradiance(factors, &radiosity);
         let rest: Vec<f64> =
             (0..radiosity.len()).map(|k| self.emitted[k] + self.rho[k] * irradiance[k] - radiosity[k]).collect();
@@ -164,20 +201,21 @@ impl System {
         outcome
     }
 
-    fn check_finite(&self, factors: &FormFactors) -> Result<()> {
+    fn check_finite(&self, factors: &dyn Operator) -> Result<()> {
         let absorbs = |band: usize| self.rho.iter().skip(band).step_by(self.bands).any(|r| *r < 1.0);
-        if factors.closed && !self.is_empty() && (0..self.bands).any(|band| !absorbs(band)) {
+        if factors.is_closed() && !self.is_empty() && (0..self.bands).any(|band| !absorbs(band)) {
             return Err(Error::impossible(
                 "the room is closed and every surface in it reflects everything: the light never goes away",
             )
             .mend("give at least one surface a reflectance below 1, or open the room"));
         }
         let rho = |i: usize| self.rho[i * self.bands..(i + 1) * self.bands].iter().copied().fold(0.0, f64::max);
-        let sum = |i: usize| factors.exchange_row(i).iter().sum::<f64>() / self.areas[i];
-        match (0..self.len()).find(|i| rho(*i) * sum(*i) > 1.0 + GAIN) {
+        // What patches receive that all see exitance one.
+        let sums = factors.irradiance(&vec![1.0; self.len()], 1);
+        match (0..self.len()).find(|i| rho(*i) * sums[*i] > 1.0 + GAIN) {
             Some(i) => Err(Error::impossible(format!(
                 "the form factors of patch {i} sum to {:.6} and it reflects {:.6}: the light would grow at every reflection",
-                sum(i),
+                sums[i],
                 rho(i)
             ))
             .mend("balance the form factors, or work them out more exactly")),

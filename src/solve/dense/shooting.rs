@@ -116,8 +116,7 @@ impl<'a, R: ExchangeRows> Shooting<'a, R> {
     #[must_use]
     pub fn new(system: &'a System, rows: R, overshoot: bool) -> Self {
         let weights = system.emitted_flux().iter().map(|f| if *f > 0.0 { 1.0 / f } else { 0.0 }).collect();
-        let total: f64 = system.areas.iter().sum();
-        let mean_rho = system.flux(&system.rho).iter().map(|r| r / total.max(1e-300)).collect();
+        let mean_rho = system.mean_rho();
         let mut state = Self {
             system,
             rows,

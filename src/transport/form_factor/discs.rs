@@ -11,7 +11,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::{Method, Work};
-use crate::mesh::{Patch, PatchMesh, sample_polygon};
+use crate::mesh::{Patch, Patches, sample_polygon};
 use crate::transport::World;
 use crate::transport::transmittance_to;
 
@@ -21,7 +21,7 @@ pub struct Discs<'a> {
     /// Geometry.
     pub world: &'a World,
     /// The patches.
-    pub mesh: &'a PatchMesh,
+    pub mesh: &'a dyn Patches,
     /// Discs along each side of a source: its square makes the source.
     pub per_side: usize,
 }
@@ -55,9 +55,9 @@ impl Method for Discs<'_> {
     }
 
     fn row(&self, i: usize, row: &mut [f64], work: &mut Work) {
-        let p = &self.mesh.list[i];
+        let p = &self.mesh.list()[i];
         let x = self.world.lift(p.centre, p.normal);
-        for (f, source) in row.iter_mut().zip(&self.mesh.list) {
+        for (f, source) in row.iter_mut().zip(self.mesh.list()) {
             *f = self.at_point(x, p.normal, source, work);
         }
     }

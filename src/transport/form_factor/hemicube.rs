@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::{Method, Work};
-use crate::mesh::PatchMesh;
+use crate::mesh::Patches;
 use crate::transport::World;
 use crate::transport::caster::{Hit, MISS, Ray};
 
@@ -20,7 +20,7 @@ pub struct Hemicube<'a> {
     /// Geometry.
     pub world: &'a World,
     /// The patches.
-    pub mesh: &'a PatchMesh,
+    pub mesh: &'a dyn Patches,
     /// Pixels along the side of the top; even.
     pub resolution: usize,
 }
@@ -74,7 +74,7 @@ impl Method for Hemicube<'_> {
     }
 
     fn row(&self, i: usize, row: &mut [f64], work: &mut Work) {
-        let p = &self.mesh.list[i];
+        let p = &self.mesh.list()[i];
         let axis = self.world.surfaces.list[p.surface as usize].axes[0];
         self.at_point(self.world.lift(p.centre, p.normal), p.normal, askew(axis, p.normal), row, work);
     }
@@ -87,7 +87,7 @@ pub fn askew(axis: DVec3, normal: DVec3) -> DVec3 {
 }
 
 /// The patch that a ray landed on.
-pub(super) fn patch_hit(world: &World, mesh: &PatchMesh, ray: &Ray, hit: &Hit) -> Option<u32> {
+pub(super) fn patch_hit(world: &World, mesh: &dyn Patches, ray: &Ray, hit: &Hit) -> Option<u32> {
     if hit.surface == MISS {
         return None;
     }

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::hemicube::patch_hit;
 use super::{Method, Work};
 use crate::error::{Error, Result};
-use crate::mesh::{Patch, PatchMesh, sample_polygon};
+use crate::mesh::{Patch, Patches, sample_polygon};
 use crate::transport::caster::Ray;
 use crate::transport::points::{Points, seed};
 use crate::transport::{World, cosine_direction, visible_factor};
@@ -40,10 +40,10 @@ pub struct FormFactors {
 impl FormFactors {
     /// Works out all form factors of a mesh.
     #[must_use]
-    pub fn new(world: &World, mesh: &PatchMesh, method: &dyn Method) -> Self {
-        let n = mesh.list.len();
+    pub fn new(world: &World, mesh: &dyn Patches, method: &dyn Method) -> Self {
+        let n = mesh.list().len();
         let mut exchange = vec![0.0; n * n];
-        let areas: Vec<f64> = mesh.list.iter().map(|p| p.area).collect();
+        let areas: Vec<f64> = mesh.list().iter().map(|p| p.area).collect();
         let symmetric = n > 0 && method.exchange(0, 0, &mut Work::default()).is_some();
         let counts: Vec<(u64, u64)> = exchange
             .par_chunks_mut(n.max(1))
@@ -141,16 +141,10 @@ impl FormFactors {
     ///
     /// When some row is off by more than `largest`: that is no rounding but a leak, a patch inside a solid, or a method
     /// too coarse for the scene.
-    pub fn balance(&mut self, mesh: &PatchMesh, world: &World, largest: f64) -> Result<()> {
+    pub fn balance(&mut self, mesh: &dyn Patches, world: &World, largest: f64) -> Result<()> {
         let (worst, i) = self.worst_row;
         if worst > largest {
-            let p = &mesh.list[i];
-            let at = p.centre * world.surfaces.frame.size_m + world.surfaces.frame.centre_m;
-            return Err(Error::impossible(format!(
-                "the form factors of the patch about ({:.3}, {:.3}, {:.3}) m sum to a value that is off by {:.1} %; more than {:.0} % is not mended",
-                at.x, at.y, at.z, 100.0 * worst, 100.0 * largest
-            ))
-            .mend("use more patches or a finer form factor method; if it stays, `clerestory check` looks for leaks"));
+            return Err(too_far_off(world, &mesh.list()[i], worst, largest));
         }
         let n = self.len();
         let mut scale = vec![1.0; n];
@@ -176,10 +170,21 @@ impl FormFactors {
     }
 }
 
+/// The refusal to balance a patch whose form factors are off by more than `largest`.
+#[must_use]
+pub fn too_far_off(world: &World, patch: &Patch, off: f64, largest: f64) -> Error {
+    let at = patch.centre * world.surfaces.frame.size_m + world.surfaces.frame.centre_m;
+    Error::impossible(format!(
+        "the form factors of the patch about ({:.3}, {:.3}, {:.3}) m sum to a value that is off by {:.1} %; more than {:.0} % is not mended",
+        at.x, at.y, at.z, 100.0 * off, 100.0 * largest
+    ))
+    .mend("use more patches or a finer form factor method; if it stays, `clerestory check` looks for leaks")
+}
+
 /// Does every ray from every patch land on a patch?
 #[must_use]
-pub fn is_closed(world: &World, mesh: &PatchMesh) -> bool {
-    mesh.list.par_iter().enumerate().all(|(i, p)| {
+pub fn is_closed(world: &World, mesh: &dyn Patches) -> bool {
+    mesh.list().par_iter().enumerate().all(|(i, p)| {
         looks(world, p, i as u64).all(|ray| patch_hit(world, mesh, &ray, &world.caster.closest(&ray)).is_some())
     })
 }

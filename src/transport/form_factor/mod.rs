@@ -14,6 +14,7 @@ mod contour;
 mod discs;
 mod hemicube;
 mod matrix;
+mod pairs;
 mod quadrature;
 mod shaft;
 
@@ -21,7 +22,8 @@ pub use analytic::Analytic;
 pub use contour::exchange_area;
 pub use discs::Discs;
 pub use hemicube::{Hemicube, askew};
-pub use matrix::{FormFactors, is_closed, sees_anything};
+pub use matrix::{FormFactors, is_closed, sees_anything, too_far_off};
+pub use pairs::{Pairs, Spread, face_each_other};
 
 use super::direct::DirectScratch;
 
