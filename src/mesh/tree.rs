@@ -187,14 +187,14 @@ impl Patches for PatchTree {
     }
 
     /// Linear between the middle of the leaf and places its own width away, continued to the border of the surface.
-    fn interpolate(&self, surface: usize, front: bool, uv: DVec2, value: &dyn Fn(usize) -> f64) -> Option<f64> {
+    fn weights(&self, surface: usize, front: bool, uv: DVec2) -> Option<[(usize, f64); 4]> {
         let leaf = self.leaf_at(surface, front, uv)?;
         let (middle, width) = (0.5 * (leaf.low + leaf.high), leaf.high - leaf.low);
         let at = |p: DVec2| {
             let other = self.leaf_at(surface, front, p)?;
             // The nearest leaf stands for what lies beyond the border; it is not there.
             let inside = p.cmpge(other.low - 1e-9).all() && p.cmple(other.high + 1e-9).all();
-            inside.then(|| value(other.leaf as usize))
+            inside.then_some(other.leaf as usize)
         };
         let across = |axis: DVec2| {
             let place = (uv - middle).dot(axis) / width.dot(axis);
@@ -203,7 +203,11 @@ impl Patches for PatchTree {
             there.map_or((DVec2::ZERO, 0.0), |sign| (step(sign), place * sign))
         };
         let ((du, tu), (dv, tv)) = (across(DVec2::X), across(DVec2::Y));
-        let row = |p: DVec2| Some((1.0 - tu) * at(p)? + if tu == 0.0 { 0.0 } else { tu * at(p + du)? });
-        Some((1.0 - tv) * row(middle)? + if tv == 0.0 { 0.0 } else { tv * row(middle + dv)? })
+        Some([
+            (at(middle)?, (1.0 - tu) * (1.0 - tv)),
+            (at(middle + du)?, tu * (1.0 - tv)),
+            (at(middle + dv)?, (1.0 - tu) * tv),
+            (at(middle + du + dv)?, tu * tv),
+        ])
     }
 }

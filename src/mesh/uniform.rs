@@ -43,9 +43,9 @@ pub trait Patches: Sync + std::fmt::Debug {
     /// The patch under a point of a surface's side.
     fn find(&self, surface: usize, front: bool, uv: DVec2) -> Option<u32>;
 
-    /// A value of the patches at a point of a surface's side, linear between the middles of patches; `None` where it cannot
-    /// be had.
-    fn interpolate(&self, surface: usize, front: bool, uv: DVec2, value: &dyn Fn(usize) -> f64) -> Option<f64>;
+    /// Patches and their weights in a value at a point of a surface's side, linear between the middles of patches; `None`
+    /// where it cannot be had.
+    fn weights(&self, surface: usize, front: bool, uv: DVec2) -> Option<[(usize, f64); 4]>;
 }
 
 /// The patches of one side of one surface.
@@ -135,33 +135,10 @@ impl PatchMesh {
         deepest(side.of(cell), |i| &self.list[i as usize].outline, uv)
     }
 
-    /// A value of the patches at a point of a surface's side, linear between the middles of cells and continued to the
-    /// border of the surface, but not below zero; cells without a patch take no part.
+    /// A value of the patches at a point of a surface's side, but not below zero; see [`Patches::weights`].
     #[must_use]
     pub fn interpolate(&self, surface: usize, front: bool, uv: DVec2, value: impl Fn(usize) -> f64) -> Option<f64> {
-        let side = &self.sides[surface][usize::from(front)];
-        let across = |x: f64, step: f64, n: usize| {
-            let place = x / step - 0.5;
-            let low = place.floor().clamp(0.0, n.max(2) as f64 - 2.0);
-            (low as usize, if n > 1 { place - low } else { 0.0 })
-        };
-        let (iu, tu) = across(uv.x, side.step.x, side.cells[0]);
-        let (iv, tv) = across(uv.y, side.step.y, side.cells[1]);
-        let mut sum = 0.0;
-        for (du, wu) in [(0, 1.0 - tu), (1, tu)] {
-            for (dv, wv) in [(0, 1.0 - tv), (1, tv)] {
-                if wu * wv != 0.0 {
-                    sum += wu * wv * self.mean_of_cell(side, [iu + du, iv + dv], &value)?;
-                }
-            }
-        }
-        Some(sum.max(0.0))
-    }
-
-    /// Mean over the patches of a cell; `None` where it is cut or has none.
-    fn mean_of_cell(&self, side: &Side, cell: [usize; 2], value: &impl Fn(usize) -> f64) -> Option<f64> {
-        let range = side.of(cell);
-        (range.len() == 1).then(|| value(range.start as usize))
+        self.weights(surface, front, uv).map(|w| w.iter().map(|(i, w)| w * value(*i)).sum::<f64>().max(0.0))
     }
 }
 
@@ -174,8 +151,27 @@ impl Patches for PatchMesh {
         Self::find(self, surface, front, uv)
     }
 
-    fn interpolate(&self, surface: usize, front: bool, uv: DVec2, value: &dyn Fn(usize) -> f64) -> Option<f64> {
-        Self::interpolate(self, surface, front, uv, value)
+    /// Linear between the middles of cells, continued to the border of the surface; `None` beside cells that are cut or
+    /// have no patch.
+    fn weights(&self, surface: usize, front: bool, uv: DVec2) -> Option<[(usize, f64); 4]> {
+        let side = &self.sides[surface][usize::from(front)];
+        let across = |x: f64, step: f64, n: usize| {
+            let place = x / step - 0.5;
+            let low = place.floor().clamp(0.0, n.max(2) as f64 - 2.0);
+            (low as usize, if n > 1 { place - low } else { 0.0 })
+        };
+        let (iu, tu) = across(uv.x, side.step.x, side.cells[0]);
+        let (iv, tv) = across(uv.y, side.step.y, side.cells[1]);
+        let mut weights = [(0, 0.0); 4];
+        let corners =
+            [(0, 0, (1.0 - tu) * (1.0 - tv)), (0, 1, (1.0 - tu) * tv), (1, 0, tu * (1.0 - tv)), (1, 1, tu * tv)];
+        for (entry, (du, dv, weight)) in weights.iter_mut().zip(corners) {
+            if weight != 0.0 {
+                let range = side.of([iu + du, iv + dv]);
+                *entry = ((range.len() == 1).then_some(range.start as usize)?, weight);
+            }
+        }
+        Some(weights)
     }
 }
 

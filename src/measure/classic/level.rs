@@ -1,5 +1,6 @@
 //! One mesh, its form factors and its solution by one of the classic methods.
 
+use glam::DVec2;
 use rayon::prelude::*;
 
 use super::super::adaptive::Task;
@@ -63,6 +64,13 @@ pub(super) struct Matrix {
 }
 
 impl Level {
+    /// Patches and weights that make up a value at a point of a surface's side: linear between patches or the patch alone.
+    pub(super) fn weights(&self, surface: usize, front: bool, uv: DVec2, linear: bool) -> Option<[(usize, f64); 4]> {
+        let between = if linear { self.mesh.weights(surface, front, uv) } else { None };
+        between
+            .or_else(|| self.mesh.find(surface, front, uv).map(|i| [(i as usize, 1.0), (0, 0.0), (0, 0.0), (0, 0.0)]))
+    }
+
     /// Meshes, connects and solves; patches of about `size`, in the program's frame.
     pub(super) fn solve(task: &Task<'_>, size: f64, accuracy: f64) -> Result<Self> {
         let world = task.world;

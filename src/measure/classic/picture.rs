@@ -78,15 +78,11 @@ fn pixel_of(task: &Task<'_>, camera: &Camera, level: &Level, radiosity: &[f64], 
         }
         let surface = &task.world.surfaces.list[hit.surface as usize];
         let (front, uv) = (surface.normal.dot(direction) < 0.0, surface.uv(ray.at(hit.t)));
+        let linear = task.options.display != Display::Constant;
+        let Some(weights) = level.weights(hit.surface as usize, front, uv, linear) else { continue };
         for (band, sum) in sum.iter_mut().enumerate() {
-            let value = |i: usize| radiosity[i * bands + band];
-            let flat = || level.mesh.find(hit.surface as usize, front, uv).map(|i| value(i as usize));
-            let shown = if task.options.display == Display::Constant {
-                flat()
-            } else {
-                level.mesh.interpolate(hit.surface as usize, front, uv, &value).or_else(flat)
-            };
-            *sum += shown.unwrap_or(0.0) / (std::f64::consts::PI * samples);
+            let shown: f64 = weights.iter().map(|(i, w)| w * radiosity[i * bands + band]).sum();
+            *sum += shown.max(0.0) / (std::f64::consts::PI * samples);
         }
     }
     sum

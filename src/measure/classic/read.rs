@@ -137,13 +137,10 @@ impl<'a> Reader<'a> {
         let (surface, front) = surface_below(world, position, sensor.normal)?;
         let uv = world.surfaces.list[surface].uv(position);
         let bands = self.level.system.bands;
-        let value = |field: &[f64], band: usize| {
-            let at = |i: usize| field[i * bands + band];
-            let flat = || self.level.mesh.find(surface, front, uv).map(|i| at(i as usize));
-            if bilinear { self.level.mesh.interpolate(surface, front, uv, &at).or_else(flat) } else { flat() }
-        };
-        let field = |f: &[f64]| (0..bands).map(|b| value(f, b)).collect::<Option<Vec<f64>>>();
-        let (whole, direct) = (field(&matrix.irradiance)?, field(&matrix.direct)?);
+        let weights = self.level.weights(surface, front, uv, bilinear)?;
+        let value = |field: &[f64], band: usize| weights.iter().map(|(i, w)| w * field[i * bands + band]).sum();
+        let field = |f: &[f64]| (0..bands).map(|band| value(f, band)).collect::<Vec<f64>>();
+        let (whole, direct) = (field(&matrix.irradiance), field(&matrix.direct));
         let reflected = whole.iter().zip(&direct).map(|(w, d)| w - d).collect();
         Some(Reading { direct, reflected })
     }
