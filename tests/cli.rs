@@ -1,4 +1,4 @@
-//! The program as a user meets it, as far as no light has to be traced.
+//! The program as a user meets it; hardly any light is traced.
 
 use std::path::Path;
 use std::process::Output;
@@ -97,6 +97,9 @@ fn an_impossible_reflectance_names_line_and_mend() {
 fn a_broken_obj_names_line_and_mend() {
     refused(&OBJ.replace("f 1 2 3 4", "f 1 2 3 9"), TOML, &["a.obj:7: vertex 9 is out of range", "mend:"]);
     refused(&OBJ.replace("v 2 1 0", "v 2 nan 0"), TOML, &["a.obj:4: coordinate nan"]);
+    refused(&OBJ.replace("v 2 1 0", "v 2 inf 0"), TOML, &["a.obj:4: coordinate inf"]);
+    refused(&OBJ.replace("f 1 2 3 4", "f"), TOML, &["a.obj:7:"]);
+    refused(&OBJ.replace("f 1 2 3 4", "f 0 2 3 4"), TOML, &["a.obj:7:"]);
 }
 
 #[test]
@@ -156,4 +159,102 @@ fn a_reader_who_goes_away_is_no_error() {
     let output = child.wait_with_output().expect("it ends");
     assert!(output.status.success());
     assert!(output.stderr.is_empty(), "{}", stderr(&output));
+}
+
+/// A box of 4 x 3 x 2.5 m seen from inside, with a lamp below its ceiling.
+const ROOM: &str = "o room\nv 0 0 0\nv 4 0 0\nv 4 3 0\nv 0 3 0\nv 0 0 2.5\nv 4 0 2.5\nv 4 3 2.5\nv 0 3 2.5\n\
+    v 1.5 1 2.4\nv 2.5 1 2.4\nv 2.5 2 2.4\nv 1.5 2 2.4\nusemtl wall\nf 1 2 3 4\nf 8 7 6 5\nf 1 5 6 2\nf 2 6 7 3\n\
+    f 3 7 8 4\nf 4 8 5 1\nusemtl lamp\nf 12 11 10 9\n";
+const LAMP: &str = "[materials.lamp]\nemission = { exitance_lm_m2 = 1000 }\n";
+const VIEW: &str = "[[views]]\nname = \"camera\"\nposition_m = [0.5, 0.5, 1.5]\ndirection = [1, 1, -0.1]\nfov_deg = 80\npixels = [24, 16]\n";
+
+#[test]
+fn progressive_pictures_are_refused_where_there_are_none() {
+    let folder = tempfile::tempdir().expect("made");
+    let path = scene(folder.path(), ROOM, &format!("{TOML}{LAMP}"));
+    let to = folder.path().join("p").display().to_string();
+    let out = folder.path().join("out").display().to_string();
+    let run = |method: &str| clerestory(&["solve", &path, "-o", &out, "--method", method, "--progressive", &to]);
+    let (other, viewless) = (run("gathering"), run("progressive"));
+    assert_eq!((other.status.code(), viewless.status.code()), (Some(2), Some(2)));
+    assert!(stderr(&other).contains("--progressive goes with --method progressive"), "{}", stderr(&other));
+    let text = stderr(&viewless);
+    assert!(text.contains("s.toml:") && text.contains("no view") && text.contains("[[views]]"), "{text}");
+    assert!(!Path::new(&to).exists() && !Path::new(&out).exists());
+}
+
+#[test]
+fn progressive_pictures_show_the_lights_come_on() {
+    let folder = tempfile::tempdir().expect("made");
+    let path = scene(folder.path(), ROOM, &format!("{TOML}{LAMP}{VIEW}"));
+    let [to, out] = ["p", "out"].map(|n| folder.path().join(n).display().to_string());
+    let output =
+        clerestory(&["solve", &path, "-o", &out, "--method", "progressive", "--patches", "4", "--progressive", &to]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let mut names: Vec<String> = std::fs::read_dir(&to)
+        .expect("made")
+        .map(|e| e.expect("an entry").file_name().to_string_lossy().into_owned())
+        .collect();
+    names.sort();
+    // One lamp: there is no second light.
+    let expected = [
+        "camera_1_ambient-only.png",
+        "camera_2_one-light.png",
+        "camera_3_24-shots.png",
+        "camera_4_full-solution.png",
+        "camera_strip.png",
+        "progressive.csv",
+    ];
+    assert_eq!(names, expected);
+    let table = std::fs::read_to_string(Path::new(&to).join("progressive.csv")).expect("text");
+    let unshot: Vec<f64> =
+        table.lines().skip(1).map(|l| l.rsplit(',').next().expect("a cell").parse().expect("a number")).collect();
+    assert_eq!(unshot[0], 1.0, "nothing is shot yet");
+    assert!((unshot[1] - 0.5).abs() < 1e-9, "the walls hold half of what the lamp gave: {}", unshot[1]);
+    assert!(unshot.is_sorted_by(|a, b| a > b) && unshot[3] <= 1e-3, "{unshot:?}");
+    // One exposure: the walls of the first picture are as grey as one value can make them, the last ones are not.
+    let grey = |name: &str| {
+        let picture = image::open(Path::new(&to).join(name)).expect("a picture").to_rgb8();
+        picture.pixels().map(|p| p.0[1]).filter(|g| *g < 250).collect::<std::collections::BTreeSet<u8>>().len()
+    };
+    assert_eq!(grey(expected[0]), 1, "one ambient term");
+    assert!(grey(expected[3]) > 20, "{}", grey(expected[3]));
+}
+
+#[test]
+fn an_interrupted_run_leaves_whole_files_or_none() {
+    let folder = tempfile::tempdir().expect("made");
+    let grid = "[[grids]]\nname = \"g\"\nplane = { origin_m = [0, 0, 0.8], u_m = [4, 0, 0], v_m = [0, 3, 0], nu = 40, nv = 30 }\nnormal = [0, 0, 1]\n";
+    let path = scene(folder.path(), ROOM, &format!("{TOML}{LAMP}{grid}{VIEW}"));
+    let program = assert_cmd::cargo::cargo_bin("clerestory");
+    let out = folder.path().join("out");
+    let start = || {
+        let _ = std::fs::remove_dir_all(&out);
+        std::process::Command::new(&program)
+            .args(["solve", &path, "--tolerance", "30%", "-q", "-o"])
+            .arg(&out)
+            .stdout(std::process::Stdio::null())
+            .spawn()
+            .expect("it runs")
+    };
+    let whole = |name: &str| -> bool {
+        let Ok(text) = std::fs::read_to_string(out.join(name)) else { return false };
+        match name {
+            "illuminance.csv" => assert_eq!(text.lines().count(), 1 + 1200),
+            _ => assert!(serde_json::from_str::<serde_json::Value>(&text).is_ok(), "run.json is cut off"),
+        }
+        true
+    };
+    let clock = std::time::Instant::now();
+    assert!(start().wait().expect("it ends").success());
+    let takes = clock.elapsed();
+    assert!(whole("illuminance.csv") && whole("run.json"));
+    // Killed early, in the middle, and while it writes.
+    for share in [0.2, 0.6, 0.85, 0.9, 0.94, 0.97, 0.99, 1.0] {
+        let mut child = start();
+        std::thread::sleep(takes.mul_f64(share));
+        let _ = child.kill();
+        let _ = child.wait();
+        let _ = (whole("illuminance.csv"), whole("run.json"));
+    }
 }

@@ -2,7 +2,7 @@
 
 mod common;
 
-use clerestory::mesh::{ElementKey, Elements};
+use clerestory::mesh::{ElementKey, Elements, Importance};
 use clerestory::scene::Scene;
 use clerestory::solve;
 use clerestory::spectrum::{BandMode, Bands};
@@ -77,7 +77,7 @@ impl Solved {
             scene.materials.iter().filter_map(|m| Some((&m.emission.as_ref()?.radiance, 1.0))).collect();
         let bands = Bands::plan(&scene.bands, &[], &lights, 0.05).expect("bands").0;
         let optics = Optics::new(scene, &world, bands);
-        let mut mesh = Elements::new(&world.surfaces, size);
+        let mut mesh = Elements::new(&world.surfaces, size, &Importance::default());
         for key in all_keys(&world, &mesh, size) {
             mesh.make(&world.surfaces, key);
         }
@@ -200,4 +200,56 @@ fn open_plates_absorb_and_lose_their_known_shares() {
     let allowed = l.sampling_error[0].max(1e-3 * l.emitted[0]);
     assert_near(l.absorbed[0], 0.047_689_0 * l.emitted[0], allowed, "absorbed");
     assert_near(l.escaped[0], 0.952_311_0 * l.emitted[0], allowed, "escaped");
+}
+
+/// All scene files below a folder of the project.
+fn scene_files(folder: &str) -> Vec<std::path::PathBuf> {
+    let mut found = Vec::new();
+    let mut todo = vec![std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(folder)];
+    while let Some(dir) = todo.pop() {
+        for entry in std::fs::read_dir(dir).expect("a folder of ours").map(|e| e.expect("an entry").path()) {
+            if entry.is_dir() {
+                todo.push(entry);
+            } else if entry.extension().is_some_and(|e| e == "toml") {
+                found.push(entry);
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
+#[test]
+fn every_scene_of_the_project_is_a_furnace_when_its_walls_glow() {
+    let files: Vec<_> = ["validation", "experiments"].into_iter().flat_map(scene_files).collect();
+    assert!(files.len() >= 6, "{files:?}");
+    for file in files {
+        let mut scene = clerestory::scene::load(&file).expect("a scene of ours is sound");
+        // All that reflects ρ emits 1 − ρ, on both sides; a shell round about closes what is open.
+        let corners = || scene.faces.iter().flat_map(|f| &f.vertices).copied();
+        let (lo, hi) = corners().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
+        for (k, m) in scene.materials.iter_mut().enumerate() {
+            let rho = [0.2, 0.5, 0.8, 0.35, 0.65][k % 5];
+            *m = lit(diffuse(&m.name, rho), 1000.0 * (1.0 - rho));
+            m.emission.as_mut().expect("it glows").two_sided = true;
+        }
+        (scene.bands, scene.daytime) = (BandMode::Grey, None);
+        scene.views.clear();
+        for g in &mut scene.grids {
+            let step = g.sensors.len().div_ceil(20);
+            g.sensors = g.sensors.iter().step_by(step).cloned().collect();
+            g.layout = clerestory::scene::GridLayout::Points;
+        }
+        let mut b = Build(scene);
+        let shell = b.material(lit(diffuse("shell", 0.5), 500.0));
+        let air = 0.1 * (hi - lo).length();
+        b.room(lo - air, hi + air, [shell; 6]);
+        let m = common::solve(&b.0, &within(0.05));
+        let mut cover = Cover::default();
+        for s in m.grids.iter().flat_map(|g| &g.sensors).filter(|s| s.status == clerestory::measure::Status::Ok) {
+            cover.enter(s.xyz[1], s.error_lx, 1e-3, 1000.0, format!("{} at {}", file.display(), s.position));
+        }
+        cover.assert();
+        assert_balanced(&m);
+    }
 }

@@ -198,3 +198,99 @@ fn a_room_far_from_the_origin_reads_the_same() {
         near(*b, *a, 1e-6, "UTM coordinates");
     }
 }
+
+/// Angular radius of the sun, radians.
+const SUN: f64 = 0.5 * 0.533 * PI / 180.0;
+
+/// The sun alone, at an altitude and azimuth in degrees, 100,000 lx.
+fn sun_at(altitude_deg: f64, azimuth_deg: f64) -> Daytime {
+    let mut daytime = day(SkyName::None, 1e5);
+    daytime.sun_deg = Some(Placed { value: (altitude_deg, azimuth_deg), line: 1 });
+    daytime
+}
+
+#[test]
+fn a_low_sun_lights_the_ground_by_its_sine_and_sets_bit_by_bit() {
+    let points = [(DVec3::ZERO, DVec3::Z), (DVec3::ZERO, DVec3::NEG_Z), (DVec3::ZERO, DVec3::NEG_Y)];
+    for (altitude, exact) in [(0.5, 872.65), (1.0, 1745.2), (5.0, 8715.6), (0.1, f64::NAN), (0.01, f64::NAN)] {
+        let m = open_field(sun_at(altitude, 180.0), &points);
+        let [up, down, wall] = only(&m) else { panic!("three points") };
+        assert_eq!(down.sun_lx, 0.0, "no beam through the ground");
+        let t = (altitude.to_radians() / SUN).min(1.0);
+        // The share of the disc above the horizon, and its mean height times that share, in radii.
+        let share = 1.0 - (t.acos() - t * (1.0 - t * t).sqrt()) / PI;
+        let height = t * share + 2.0 / (3.0 * PI) * (1.0 - t * t).powf(1.5);
+        if exact.is_nan() {
+            // A polygon of twelve sides stands for the disc: its segments differ by 1 % of the disc at most.
+            assert!((up.sun_lx - 1e5 * SUN * height).abs() < 0.01 * 1e5 * SUN, "{altitude}: {}", up.sun_lx);
+        } else {
+            near(up.sun_lx, exact, 1e-4, "all of the disc is up");
+        }
+        assert!((wall.sun_lx / 1e5 - share).abs() < 0.01, "{altitude}: a wall gets {}", wall.sun_lx);
+    }
+}
+
+#[test]
+fn at_the_zenith_there_is_no_azimuth() {
+    let points = [(DVec3::ZERO, DVec3::Z), (DVec3::ZERO, at(1.0, 2.0, 2.0))];
+    let read = |azimuth| {
+        let m = open_field(sun_at(90.0, azimuth), &points);
+        only(&m).iter().map(|s| s.sun_lx).collect::<Vec<f64>>()
+    };
+    let north = read(0.0);
+    near(north[1], 1e5 * 2.0 / 3.0, 1e-6, "cosine");
+    for azimuth in [90.0, 200.0] {
+        for (a, b) in read(azimuth).iter().zip(&north) {
+            near(*a, *b, 1e-9, "zenith");
+        }
+    }
+}
+
+#[test]
+fn a_wall_that_points_at_the_sun_gets_half_the_disc_on_each_side() {
+    let m = open_field(sun_at(45.0, 180.0), &[(DVec3::ZERO, DVec3::X), (DVec3::ZERO, DVec3::NEG_X)]);
+    for s in only(&m) {
+        // A point sun would give nothing. Half a disc of radius a stands 4a/(3π) over the plane in the mean.
+        near(s.sun_lx, 1e5 * SUN * 2.0 / (3.0 * PI), 0.03, "grazed");
+    }
+}
+
+#[test]
+fn a_grazed_floor_of_many_faces_has_no_stripes() {
+    let mut b = Build::new();
+    let black = b.material(diffuse("black", 0.0));
+    let side = 0.5;
+    for k in 0..400 {
+        let corner = at(f64::from(k % 20), f64::from(k / 20), 0.0) * side;
+        b.rectangle(corner, DVec3::X * side, DVec3::Y * side, black);
+    }
+    b.level("floor", DVec3::ZERO, at(10.0, 10.0, 0.0), 13);
+    b.0.daytime = Some(sun_at(0.6, 160.0));
+    for s in only(&solve(&b.0, &within(0.05))) {
+        near(s.sun_lx, 1e5 * 0.6f64.to_radians().sin(), 1e-4, "floor");
+    }
+}
+
+#[test]
+fn a_sun_that_has_set_is_refused() {
+    for altitude in [0.0, -0.1, -30.0] {
+        for model in [SkyName::None, SkyName::Cie(12), SkyName::Perez] {
+            let mut b = Build::new();
+            let black = b.material(diffuse("black", 0.0));
+            b.rectangle(DVec3::ZERO, DVec3::X, DVec3::Y, black).points("p", &[(DVec3::Z, DVec3::Z)]);
+            let mut daytime = day(model, 1e4);
+            daytime.sun_deg = Some(Placed { value: (altitude, 180.0), line: 7 });
+            b.0.daytime = Some(daytime);
+            let error = common::refusal(&b.0).to_string();
+            assert!(error.starts_with("test.toml:7:") && error.contains("not above the horizon"), "{error}");
+        }
+    }
+}
+
+#[test]
+fn a_uniform_sky_gives_a_wall_exactly_half() {
+    let m = open_field(day(SkyName::Uniform, 0.0), &[(DVec3::ZERO, DVec3::X), (DVec3::ZERO, at(1.0, -1.0, 0.0))]);
+    for s in only(&m) {
+        near(s.sky_lx, 5e3, 1e-6, "vertical"); // single precision of the frame
+    }
+}

@@ -85,8 +85,8 @@ fn furnace_reaches_emission_over_one_minus_rho() {
     let all = System { emitted: vec![1.0; s.system.len()], ..s.system };
     let outcome = all.solve_by_products(&s.hierarchy, 1e-10).expect("a solution");
     for b in outcome.radiosity {
-        // Rows sum to one within 1e-9, which 1/(1 - rho) amplifies.
-        assert_ratio(b, 1.0 / (1.0 - rho), 2e-8, "radiosity");
+        // Rows sum to one within 1e-7, which 1/(1 - rho) amplifies.
+        assert_ratio(b, 1.0 / (1.0 - rho), 1e-6, "radiosity");
     }
 }
 

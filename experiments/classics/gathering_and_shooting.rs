@@ -1,8 +1,13 @@
 //! A7: all solvers agree, and how many products each needs. A8: progressive refinement with the ambient term.
 
+use clerestory::measure::{self, Method, Silent, SolveOptions};
+use clerestory::report;
+use clerestory::scene::{Emission, MaterialKind, Projection, View};
 use clerestory::solve::dense::{Shooting, Solver};
+use clerestory::spectrum::{SpectralValue, illuminant};
+use glam::DVec3;
 
-use super::{Outcome, Table, analytic, furnished_room, mesh, system};
+use super::{Outcome, Table, analytic, furnished_room, furnished_scene, mesh, system};
 
 /// Side of the patches, m.
 const SIZE: f64 = 0.6;
@@ -88,5 +93,30 @@ fn progressive(out: &mut Table) -> Outcome<()> {
     }
     out.enter("A8", "steps up to n shots at which the ambient term did harm", worse as f64, "0");
     std::fs::write(super::folder().join("progressive.csv"), log)?;
+    strip()
+}
+
+/// The five pictures on the way, in one exposure, side by side.
+fn strip() -> Outcome<()> {
+    let mut scene = furnished_scene();
+    for (m, rho) in scene.materials.iter_mut().zip([0.6, 0.5, 0.0]) {
+        m.kind = MaterialKind::Diffuse { front: SpectralValue::Grey(rho), back: SpectralValue::Grey(rho) };
+    }
+    scene.materials[2].emission = Some(Emission { radiance: illuminant("D65").ok_or("no D65")?, two_sided: false });
+    scene.views.push(View {
+        name: "room".into(),
+        position: DVec3::new(0.3, 4.7, 1.7),
+        direction: DVec3::new(1.0, -0.75, -0.15).normalize(),
+        up: DVec3::new(0.12, -0.09, 1.25).normalize(),
+        projection: Projection::Perspective { horizontal: 85f64.to_radians(), vertical: 69f64.to_radians() },
+        width: 240,
+        height: 180,
+    });
+    let options =
+        SolveOptions { method: Method::Progressive, patches: Some(16), stages: true, ..SolveOptions::default() };
+    let measurement = measure::solve(&scene, &options, &Silent)?;
+    let folder = tempfile::tempdir()?;
+    report::write_stages(folder.path(), &scene, &measurement)?;
+    std::fs::copy(folder.path().join("room_strip.png"), super::folder().join("progressive.png"))?;
     Ok(())
 }

@@ -111,6 +111,10 @@ impl Build {
 
 /// The room of several experiments: 6 × 5 × 3 m, three boxes, two lamps; materials walls, boxes, lamps.
 fn furnished_room() -> World {
+    World::new(&furnished_scene())
+}
+
+fn furnished_scene() -> Scene {
     let mut b = Build::new(3);
     b.cuboid(DVec3::ZERO, DVec3::new(6.0, 5.0, 3.0), [0; 6], true);
     for (x, y, w, d, h) in [(0.8, 0.6, 1.0, 0.8, 1.2), (3.6, 2.8, 1.2, 1.0, 0.8), (4.4, 0.4, 0.6, 0.6, 1.8)] {
@@ -119,7 +123,7 @@ fn furnished_room() -> World {
     for x in [1.5, 4.5] {
         b.rectangle(DVec3::new(x - 0.4, 2.1, 2.9), DVec3::new(0.0, 0.8, 0.0), DVec3::new(0.8, 0.0, 0.0), 2);
     }
-    World::new(&b.scene)
+    b.scene
 }
 
 /// Patches of a size that see anything.

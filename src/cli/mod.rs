@@ -78,6 +78,10 @@ struct SolveArgs {
     /// Shots; with --method progressive only.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     shots: Option<u64>,
+    /// Write the pictures on the way into DIR: ambient light only, one light, two lights, 24 shots more, the full
+    /// solution, for each view in one exposure; with --method progressive only.
+    #[arg(long, value_name = "DIR")]
+    progressive: Option<PathBuf>,
     /// What sensors on a patch show; with the classic methods only [default: gather].
     #[arg(long, value_enum)]
     display: Option<DisplayArg>,

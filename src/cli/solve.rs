@@ -22,11 +22,18 @@ pub(super) fn run(args: &SolveArgs) -> Result<ExitCode> {
     let start = Instant::now();
     let pool = super::pool(args.threads)?;
     let scene = scene::load(&args.scene)?;
+    if args.progressive.is_some() && scene.views.is_empty() {
+        return Err(Error::malformed("--progressive writes pictures, and the scene has no view")
+            .mend("add a [[views]] table to the scene, or leave --progressive out")
+            .in_file(&args.scene));
+    }
     warn(args, &scene.warnings);
-    let measurement = {
+    let mut measurement = {
         let progress = progress::progress(args.quiet);
         pool.install(|| measure::solve(&scene, &options(args), &*progress)).map_err(|e| e.in_file(&args.scene))?
     };
+    let remarks = measure::remarks(&scene, &measurement);
+    measurement.record.warnings.extend(remarks);
     warn(args, &measurement.record.warnings);
     let provenance = Provenance {
         version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -36,7 +43,10 @@ pub(super) fn run(args: &SolveArgs) -> Result<ExitCode> {
         wall_s: start.elapsed().as_secs_f64(),
     };
     let folder = folder(args);
-    let files = pool.install(|| report::write_all(&folder, &scene, &measurement, args.spectral, &provenance))?;
+    let mut files = pool.install(|| report::write_all(&folder, &scene, &measurement, args.spectral, &provenance))?;
+    if let Some(dir) = &args.progressive {
+        files.extend(report::write_stages(dir, &scene, &measurement)?);
+    }
     if args.json {
         print(&format!("{:#}\n", report::run_json(&scene, &measurement, &provenance)))?;
     } else {
@@ -51,6 +61,7 @@ fn check_method(args: &SolveArgs) -> Result<()> {
     let misplaced = [
         ("--paths", args.paths.is_some() && args.method != MethodArg::PathTracing, "--method path-tracing"),
         ("--shots", args.shots.is_some() && args.method != MethodArg::Progressive, "--method progressive"),
+        ("--progressive", args.progressive.is_some() && args.method != MethodArg::Progressive, "--method progressive"),
         ("--patches", args.patches.is_some() && !is_classic, "a classic --method, as full-matrix"),
         ("--display", args.display.is_some() && !is_classic, "a classic --method, as full-matrix"),
     ];
@@ -72,6 +83,7 @@ fn options(args: &SolveArgs) -> SolveOptions {
         paths: args.paths,
         patches: args.patches,
         shots: args.shots,
+        stages: args.progressive.is_some(),
         display: args.display.map_or_else(Display::default, Display::from),
     }
 }

@@ -11,7 +11,7 @@ use super::probe::Probe;
 use super::result::Status;
 use super::statement::{Memory, Readings, Stated, state};
 use crate::error::Result;
-use crate::mesh::{ElementKey, Elements};
+use crate::mesh::{ElementKey, Elements, Importance};
 use crate::scene::{Grid, Scene};
 use crate::solve;
 use crate::transport::caster::Ray;
@@ -20,8 +20,13 @@ use crate::transport::{Fork, Landing, LightPart, Optics, RowSettings, Rows, Tint
 
 /// Rays of an element, over all replicas: refined by size, never by more rays.
 const ROW_RAYS: usize = 32;
-/// Rays of a sensor that ask for elements before the solve, at most.
+/// Rays of a sensor that tell how far it sees, at most.
 const DEMAND_RAYS: u32 = 64;
+/// Walks that tell what is important, for each cell of the first mesh; at least; at most; and reflections of one.
+const WALKS_A_CELL: f64 = 8.0;
+const FEWEST_WALKS: usize = 4096;
+const MOST_WALKS: usize = 1 << 18;
+const MAX_REFLECTIONS: u32 = 16;
 /// Tolerance from which half the places on an element tell its direct light well enough.
 const ROUGH: f64 = 0.1;
 /// Rounds after which what does not hold is told instead.
@@ -43,6 +48,7 @@ mod stream {
     pub(super) const ROWS: u64 = 2;
     pub(super) const TWIN: u64 = 3;
     pub(super) const SHADOW: u64 = 4;
+    pub(super) const WALK: u64 = 7;
 }
 
 /// One sensor on its way to the tolerance.
@@ -92,12 +98,16 @@ pub(super) struct Adapted {
     pub(super) accuracy: f64,
 }
 
-/// What sensors and pixels ask for first.
+/// A landing: surface, side, place on it.
+type Landed = (usize, bool, DVec2);
+
+/// What sensors and pixels ask for, at first hand and at any other.
 struct Demand {
-    /// Surface, side, place on it.
-    landings: Vec<(usize, bool, DVec2)>,
+    landings: Vec<Landed>,
     /// Median distance of what the sensors see, in the program's frame.
     reach: f64,
+    /// What they feel of each place.
+    importance: Importance,
 }
 
 /// A scene with its tolerance, ready to be worked on.
@@ -127,7 +137,7 @@ impl Task<'_> {
         let mut timings = Vec::new();
         let mut grids = self.prepare();
         let demand = self.demand(&grids);
-        let mut size = self.first_size(&demand);
+        let mut size = self.first_size(demand.reach);
         let (mut rays, mut factors) = (0, 0);
         let mut solved: Option<(Solved, Solved, Rows)> = None;
         let mut round = 0;
@@ -181,9 +191,9 @@ impl Task<'_> {
 
     /// First element size, in the program's frame: at 5 % a 24th of the scene, or an eighth of the distance at which
     /// sensors meet surfaces where that is less; finer for less.
-    fn first_size(&self, demand: &Demand) -> f64 {
+    fn first_size(&self, reach: f64) -> f64 {
         let wanted = (self.options.tolerance / 0.05).powf(0.4).clamp(0.1, 2.0);
-        let wanted = wanted * (1.0 / 24.0f64).min(demand.reach / 8.0);
+        let wanted = wanted * (1.0 / 24.0f64).min(reach / 8.0);
         let area: f64 = self.world.surfaces.list.iter().map(|s| s.area).sum();
         // Pictures show every contact: there the rays of finer elements cost less than the paths of near hits.
         let wanted = if self.scene.views.is_empty() { wanted } else { 0.5 * wanted };
@@ -247,7 +257,7 @@ impl Task<'_> {
     /// Meshes at `size` and twice that, asked for by the sensors and pixels, with their solutions.
     fn solve_at(&self, size: f64, demand: &Demand) -> Result<(Solved, Solved, Rows)> {
         let build = |size: f64, purpose: u64| -> Result<(Solved, Rows)> {
-            let mut mesh = Elements::new(&self.world.surfaces, size);
+            let mut mesh = Elements::new(&self.world.surfaces, size, &demand.importance);
             let keys: Vec<ElementKey> =
                 demand.landings.par_iter().map(|(s, front, uv)| mesh.key_at(*s, *front, *uv)).collect();
             for key in keys {
@@ -273,34 +283,64 @@ impl Task<'_> {
 
     /// Where the first rays of the sensors and of some pixels land.
     fn demand(&self, grids: &[Vec<SensorState>]) -> Demand {
-        let count = (2 * self.first_rays()).min(DEMAND_RAYS);
         let probes = grids.iter().flatten().map(|s| &s.probe);
         let sensors: Vec<&Probe> = probes.filter(|p| p.status == Status::Ok).collect();
-        let from_sensors: Vec<Vec<_>> = sensors
-            .par_iter()
-            .enumerate()
-            .map(|(i, p)| {
+        let look = |rays: std::ops::Range<u32>| -> Vec<Vec<Landed>> {
+            let from = |(i, p): (usize, &&Probe)| {
                 let points = Points::new(seed(&[self.options.seed, stream::SENSOR, i as u64]));
-                (0..count).filter_map(|k| self.landing(p.position, p.normal, &points, k)).collect()
-            })
-            .collect();
-        let distance = |p: &Probe, (surface, _, uv): &(usize, bool, DVec2)| {
-            self.world.surfaces.list[*surface].point(*uv).distance(p.position)
+                rays.clone().filter_map(|k| self.landing(p.position, p.normal, &points, k)).collect()
+            };
+            sensors.par_iter().enumerate().map(from).collect()
         };
+        let count = (2 * self.first_rays()).min(DEMAND_RAYS);
+        let from_sensors = look(0..count);
+        let distance =
+            |p: &Probe, (surface, _, uv): &Landed| self.world.surfaces.list[*surface].point(*uv).distance(p.position);
         let distances = sensors.iter().zip(&from_sensors).flat_map(|(p, l)| l.iter().map(|l| distance(p, l)));
         let reach = if from_sensors.is_empty() { 1.0 } else { super::statement::median(distances.collect()) };
+        // What rows take for all that light reaches has to be there: hardly an element may be missed.
+        let area: f64 = self.world.surfaces.list.iter().map(|s| s.area).sum();
+        let cells = area / self.first_size(reach).powi(2);
+        let walks = ((WALKS_A_CELL * cells) as usize).clamp(FEWEST_WALKS, MOST_WALKS);
+        let more = look(count..count.max((walks / sensors.len().max(1)) as u32));
         let from_views = self.scene.views.iter().map(|v| super::view::demand(self.world, self.optics, v, self));
-        Demand { landings: from_sensors.into_iter().chain(from_views).flatten().collect(), reach }
+        let first: Vec<Landed> = from_sensors.into_iter().chain(more).chain(from_views).flatten().collect();
+        let landings = self.walk(&first);
+        let importance = Importance::new(landings.iter().map(|l| (l.0 as u32, l.2)).collect());
+        Demand { landings, reach, importance }
+    }
+
+    /// Where the light that the sensors feel comes from, at first hand and at any other: walks from the first landings,
+    /// which go on at each with the chance of its reflectance in the brightest band.
+    fn walk(&self, first: &[Landed]) -> Vec<Landed> {
+        let found: Vec<Vec<Landed>> = first
+            .par_iter()
+            .enumerate()
+            .with_min_len(256)
+            .map(|(walk, start)| {
+                let mut at = *start;
+                let mut list = vec![at];
+                let points = Points::new(seed(&[self.options.seed, stream::WALK, walk as u64]));
+                for bounce in 0..MAX_REFLECTIONS {
+                    let surface = &self.world.surfaces.list[at.0];
+                    let rho = self.optics.rho(surface.material, at.1).iter().copied().fold(0.0, f32::max);
+                    if points.get(bounce, 4) >= f64::from(rho) {
+                        break;
+                    }
+                    let normal = surface.side_normal(at.1);
+                    let x = self.world.lift(surface.point(at.2), normal);
+                    let Some(next) = self.landing(x, normal, &points, bounce) else { break };
+                    at = next;
+                    list.push(at);
+                }
+                list
+            })
+            .collect();
+        found.into_iter().flatten().collect()
     }
 
     /// Where a gather ray lands.
-    pub(super) fn landing(
-        &self,
-        x: glam::DVec3,
-        normal: glam::DVec3,
-        points: &Points,
-        k: u32,
-    ) -> Option<(usize, bool, DVec2)> {
+    pub(super) fn landing(&self, x: glam::DVec3, normal: glam::DVec3, points: &Points, k: u32) -> Option<Landed> {
         let (a, b) = points.pair(k, 0);
         let ray = Ray::new(x, cosine_direction(normal, a, b));
         let hit = self.world.caster.closest(&ray);

@@ -378,9 +378,10 @@ impl<'a> Gatherer<'a> {
             }
             let s = &world.surfaces.list[surface as usize];
             let uv = s.uv(point);
-            let element = field.main.mesh.find(field.main.mesh.key_at(surface as usize, front, uv));
+            let key = field.main.mesh.key_at(surface as usize, front, uv);
+            let element = field.main.mesh.find(key);
             let trust = if bounce == 0 { self.trust } else { field.main.mesh.size };
-            if distance >= trust && element != NO_ELEMENT {
+            if distance >= trust * field.main.mesh.block_side(key) && element != NO_ELEMENT {
                 let twin = field.twin.map_or(NO_ELEMENT, |t| t.mesh.find(t.mesh.key_at(surface as usize, front, uv)));
                 return (End::Element { main: element, twin }, plain);
             }

@@ -37,8 +37,10 @@ pub(super) fn balance(world: &World, optics: &Optics, solved: &Solved, tolerance
     let unit = world.surfaces.frame.area_m2();
     let areas = world.emitters.group_areas();
     let solution = &solved.solution;
-    let sets: Vec<Emitted> =
-        (0..solution.replicas).into_par_iter().map(|r| shoot(world, optics, solved, &areas, rays, seed(&[seed_of_run, 5, r as u64]))).collect();
+    let sets: Vec<Emitted> = (0..solution.replicas)
+        .into_par_iter()
+        .map(|r| shoot(world, optics, solved, &areas, rays, seed(&[seed_of_run, 5, r as u64])))
+        .collect();
     let entered: Vec<Vec<f64>> = (0..solution.replicas)
         .into_par_iter()
         .map(|r| daylight_entering(world, optics, solved, rays, seed(&[seed_of_run, 6, r as u64])))

@@ -12,11 +12,13 @@ mod ledger;
 mod options;
 mod path_tracing;
 mod probe;
+mod remarks;
 mod result;
 mod run;
 mod statement;
 mod view;
 
 pub use options::{Display, Method, Progress, Silent, SolveOptions};
+pub use remarks::remarks;
 pub use result::*;
 pub use run::solve;

@@ -17,6 +17,8 @@ pub struct SolveOptions {
     pub patches: Option<u32>,
     /// Shots for [`Method::Progressive`]; chosen from the tolerance when absent.
     pub shots: Option<u64>,
+    /// Keep the pictures of [`Method::Progressive`] on its way.
+    pub stages: bool,
     /// How the classic methods read sensors that lie on a patch.
     pub display: Display,
 }
@@ -31,6 +33,7 @@ impl Default for SolveOptions {
             paths: None,
             patches: None,
             shots: None,
+            stages: false,
             display: Display::Gather,
         }
     }

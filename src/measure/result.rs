@@ -98,6 +98,21 @@ pub struct ViewResult {
     pub error_median: f64,
     /// The same, 95th percentile.
     pub error_p95: f64,
+    /// How progressive refinement came to the picture, where that was asked for; otherwise empty.
+    pub stages: Vec<PictureStage>,
+}
+
+/// The picture as progressive refinement shows it after some shots, with the ambient term.
+#[derive(Clone, Debug)]
+pub struct PictureStage {
+    /// What has been shot.
+    pub name: String,
+    /// Number of shots.
+    pub shots: usize,
+    /// Unshot flux, as a share of what is emitted; the largest over the bands.
+    pub unshot: f64,
+    /// As [`ViewResult::xyz`].
+    pub xyz: Vec<[f32; 3]>,
 }
 
 /// Where the light went; each line is summed on its own, never by subtraction. W/nm per band.

@@ -179,6 +179,7 @@ pub(super) fn paint(task: &Task<'_>, view: &View, number: usize, main: &Solved, 
         radiance: radiance.chunks_exact(task.optics.pad).flat_map(|l| l[..n].iter().copied()).collect(),
         error_median: median(errors.clone()),
         error_p95: errors.get(errors.len() * 95 / 100).copied().unwrap_or(0.0),
+        stages: Vec::new(),
     };
     (result, cast + gathered + more)
 }
@@ -661,6 +662,7 @@ pub(super) fn trace(task: &Task<'_>, view: &View, number: usize, paths: u64) -> 
         radiance,
         error_median: sorted.get(sorted.len() / 2).copied().unwrap_or(0.0),
         error_p95: sorted.get(sorted.len() * 95 / 100).copied().unwrap_or(0.0),
+        stages: Vec::new(),
     }
 }
 

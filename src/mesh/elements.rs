@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use glam::{DVec2, DVec3};
 
+use super::importance::{Importance, Tiles};
 use super::polygon::{clip_halfplane, clip_line, polygon_area};
 use super::surfaces::{Surface, Surfaces};
 
@@ -14,7 +15,7 @@ const CUT_CELL: u32 = u32::MAX - 1;
 /// Lines that may cut one cell; further ones are left to the samples, which do not count inside solids.
 const MAX_CUTS: usize = 9;
 
-/// Names an element before it exists: surface (24 bits), side (1), cell (30), side of each cut (9).
+/// Names an element before it exists: surface (24 bits), side (1), first cell of its block (30), side of each cut (9).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct ElementKey(u64);
 
@@ -62,7 +63,7 @@ pub struct Element {
     pub area: f64,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct CutLine {
     point: DVec2,
     normal: DVec2,
@@ -74,6 +75,8 @@ struct SurfaceGrid {
     step: DVec2,
     /// Start of the back's and the front's cells in the table.
     start: [usize; 2],
+    /// How many cells are joined, and where.
+    tiles: Tiles,
 }
 
 /// The elements made so far, and where to find them.
@@ -89,17 +92,18 @@ pub struct Elements {
 }
 
 impl Elements {
-    /// An empty mesh with cells of about `size`.
+    /// An empty mesh with cells of about `size`, joined to blocks where importance is thin.
     #[must_use]
-    pub fn new(surfaces: &Surfaces, size: f64) -> Self {
+    pub fn new(surfaces: &Surfaces, size: f64, importance: &Importance) -> Self {
+        let count = |side: f64| ((side / size - 1e-6).ceil().clamp(1.0, 32_000.0)) as usize;
+        let cells: Vec<[usize; 2]> = surfaces.list.iter().map(|s| [count(s.extent.x), count(s.extent.y)]).collect();
+        let tiles = importance.tiles(&surfaces.list, &cells);
         let mut grids = Vec::with_capacity(surfaces.list.len());
         let mut used = 0;
-        for s in &surfaces.list {
-            let count = |side: f64| ((side / size - 1e-6).ceil().clamp(1.0, 32_000.0)) as usize;
-            let cells = [count(s.extent.x), count(s.extent.y)];
+        for ((s, cells), tiles) in surfaces.list.iter().zip(cells).zip(tiles) {
             let n = cells[0] * cells[1];
             let step = s.extent / DVec2::new(cells[0] as f64, cells[1] as f64);
-            grids.push(SurfaceGrid { cells, step, start: [used, used + n] });
+            grids.push(SurfaceGrid { cells, step, start: [used, used + n], tiles });
             used += 2 * n;
         }
         let mut mesh = Self {
@@ -127,12 +131,13 @@ impl Elements {
             for iv in range(low.y, high.y, grid.cells[1]) {
                 for iu in range(low.x, high.x, grid.cells[0]) {
                     let grid = &self.grids[index];
-                    if !crosses(&grid.rectangle(iu, iv), *a, *b) {
+                    let cell = grid.block(iu, iv);
+                    if !crosses(&grid.rectangle(cell), *a, *b) {
                         continue;
                     }
-                    let cell = iv * grid.cells[0] + iu;
                     let lines = self.cuts.entry((index as u32, cell as u32)).or_default();
-                    if lines.len() < MAX_CUTS {
+                    // Every cell of a block finds the line.
+                    if lines.len() < MAX_CUTS && lines.last() != Some(&line) {
                         lines.push(line);
                     }
                     for start in grid.start {
@@ -148,7 +153,7 @@ impl Elements {
     pub fn key_at(&self, surface: usize, front: bool, uv: DVec2) -> ElementKey {
         let grid = &self.grids[surface];
         let index = |x: f64, step: f64, n: usize| ((x / step).max(0.0) as usize).min(n - 1);
-        let cell = index(uv.y, grid.step.y, grid.cells[1]) * grid.cells[0] + index(uv.x, grid.step.x, grid.cells[0]);
+        let cell = grid.block(index(uv.x, grid.step.x, grid.cells[0]), index(uv.y, grid.step.y, grid.cells[1]));
         let mask = if self.table[grid.start[usize::from(front)] + cell] == CUT_CELL {
             let lines = &self.cuts[&(surface as u32, cell as u32)];
             lines
@@ -193,7 +198,6 @@ impl Elements {
 
     fn element(&self, surface: &Surface, key: ElementKey) -> Element {
         let grid = &self.grids[key.surface()];
-        let (iu, iv) = (key.cell() % grid.cells[0], key.cell() / grid.cells[0]);
         let mut outline = surface.outline.clone();
         let mut scratch = Vec::new();
         let mut keep = |outline: &mut Vec<DVec2>, point, normal| {
@@ -204,7 +208,7 @@ impl Elements {
             }
         };
         if grid.cells != [1, 1] {
-            let [low, _, high, _] = grid.rectangle(iu, iv);
+            let [low, _, high, _] = grid.rectangle(key.cell());
             for (point, normal) in [(low, DVec2::X), (low, DVec2::Y), (high, -DVec2::X), (high, -DVec2::Y)] {
                 keep(&mut outline, point, normal);
             }
@@ -256,10 +260,11 @@ impl Elements {
         self.table.len()
     }
 
-    /// Side of the cells of a surface, the larger of the two.
+    /// Side of a block of that name, in sides of a cell.
     #[must_use]
-    pub fn cell_size(&self, surface: usize) -> f64 {
-        self.grids[surface].step.max_element()
+    pub fn block_side(&self, key: ElementKey) -> f64 {
+        let grid = &self.grids[key.surface()];
+        f64::from(1 << grid.tiles.level(key.cell() % grid.cells[0], key.cell() / grid.cells[0]))
     }
 }
 
@@ -272,9 +277,19 @@ impl Element {
 }
 
 impl SurfaceGrid {
-    fn rectangle(&self, iu: usize, iv: usize) -> [DVec2; 4] {
+    /// First cell of the block to which a cell belongs.
+    fn block(&self, iu: usize, iv: usize) -> usize {
+        let level = self.tiles.level(iu, iv);
+        ((iv >> level) << level) * self.cells[0] + ((iu >> level) << level)
+    }
+
+    /// The block that begins at a cell.
+    fn rectangle(&self, cell: usize) -> [DVec2; 4] {
+        let (iu, iv) = (cell % self.cells[0], cell / self.cells[0]);
+        let side = 1 << self.tiles.level(iu, iv);
+        let end = |i: usize, n: usize| (i + side).min(n) as f64;
         let low = DVec2::new(iu as f64, iv as f64) * self.step;
-        let high = DVec2::new((iu + 1) as f64, (iv + 1) as f64) * self.step;
+        let high = DVec2::new(end(iu, self.cells[0]), end(iv, self.cells[1])) * self.step;
         [low, DVec2::new(high.x, low.y), high, DVec2::new(low.x, high.y)]
     }
 }

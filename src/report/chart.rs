@@ -7,6 +7,7 @@ use glam::DVec2;
 use super::canvas::{Colour, INK, LINE};
 use super::drawing::{Anchor, Drawing, Mark};
 use super::file::write_whole;
+use super::panel::{Panel, STYLES, heading, plain};
 use super::text::Font;
 use crate::chart::{Chart, Found, Point, pareto};
 use crate::error::{Error, ErrorKind, Result};
@@ -52,7 +53,7 @@ pub fn write_chart(dir: &Path, chart: &Chart) -> Result<Vec<PathBuf>> {
         .collect()
 }
 
-fn csv_of(header: &[&str], rows: impl Iterator<Item = Vec<String>>) -> Result<Vec<u8>> {
+pub(super) fn csv_of(header: &[&str], rows: impl Iterator<Item = Vec<String>>) -> Result<Vec<u8>> {
     let broken = |e: String| Error::new(ErrorKind::Internal, format!("table: {e}"));
     let mut writer = csv::Writer::from_writer(Vec::new());
     writer.write_record(header).map_err(|e| broken(e.to_string()))?;
@@ -100,22 +101,6 @@ fn reference(chart: &Chart) -> Result<Vec<u8>> {
     csv_of(&header, rows)
 }
 
-/// Colours that stay apart for colour-blind eyes (after Okabe and Ito 2008) and the forms that go with them.
-const STYLES: [(Colour, Mark); 12] = [
-    ([213, 94, 0], Mark::Circle),
-    ([0, 114, 178], Mark::Square),
-    ([0, 158, 115], Mark::Diamond),
-    ([204, 121, 167], Mark::Up),
-    ([86, 180, 233], Mark::Down),
-    ([148, 103, 25], Mark::Circle),
-    ([120, 94, 240], Mark::Square),
-    ([90, 90, 90], Mark::Diamond),
-    ([200, 160, 0], Mark::Up),
-    ([100, 140, 17], Mark::Down),
-    ([160, 30, 60], Mark::Square),
-    ([30, 60, 120], Mark::Up),
-];
-const GRID: Colour = [226; 3];
 const SHADE: Colour = [236, 236, 240];
 const FAILED: Colour = [200, 0, 0];
 
@@ -125,76 +110,12 @@ const MAIN: [DVec2; 2] = [DVec2::new(130.0, 120.0), DVec2::new(900.0, 720.0)];
 const HONEST: [DVec2; 2] = [DVec2::new(1080.0, 120.0), DVec2::new(1600.0, 720.0)];
 const LEGEND_TOP: f64 = 810.0;
 
-/// A panel with logarithmic axes.
-struct Panel {
-    low: DVec2,
-    high: DVec2,
-    /// Decimal logarithms at its lower left and upper right corner.
-    from: DVec2,
-    to: DVec2,
-}
-
-impl Panel {
-    fn new([low, high]: [DVec2; 2], values: &[[f64; 2]]) -> Self {
-        let logs =
-            || values.iter().filter(|v| v[0] > 0.0 && v[1] > 0.0).map(|v| DVec2::new(v[0].log10(), v[1].log10()));
-        let (from, to) = logs().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
-        let (from, to) = if from.is_finite() { (from, to) } else { (DVec2::splat(-1.0), DVec2::ZERO) };
-        let air = ((to - from) * 0.05).max(DVec2::splat(0.15));
-        Self { low, high, from: from - air, to: to + air }
-    }
-
-    fn place(&self, x: f64, y: f64) -> DVec2 {
-        let share = (DVec2::new(x.log10(), y.log10()) - self.from) / (self.to - self.from);
-        DVec2::new(
-            self.low.x + share.x * (self.high.x - self.low.x),
-            self.high.y - share.y * (self.high.y - self.low.y),
-        )
-    }
-
-    /// Values 1, 2 and 5 of each decade in sight of one axis.
-    fn ticks(&self, axis: usize) -> Vec<f64> {
-        let (from, to) = (self.from[axis], self.to[axis]);
-        let fine = to - from < 2.6;
-        (from.floor() as i32..=to.ceil() as i32)
-            .flat_map(|d| [1.0, 2.0, 5.0].map(|m| m * 10f64.powi(d)))
-            .filter(|v| (from..=to).contains(&v.log10()))
-            .filter(|v| fine || (v.log10() - v.log10().round()).abs() < 1e-9)
-            .collect()
-    }
-
-    fn frame(&self, d: &mut Drawing, names: [&str; 2], shown: [fn(f64) -> String; 2]) {
-        for v in self.ticks(0) {
-            let x = self.place(v, 1.0).x;
-            d.line(&[DVec2::new(x, self.low.y), DVec2::new(x, self.high.y)], GRID, 1.0);
-            d.text(DVec2::new(x, self.high.y + 10.0), &shown[0](v), Font::Body, INK, Anchor::Middle);
-        }
-        for v in self.ticks(1) {
-            let y = self.place(1.0, v).y;
-            d.line(&[DVec2::new(self.low.x, y), DVec2::new(self.high.x, y)], GRID, 1.0);
-            d.text(DVec2::new(self.low.x - 10.0, y - 10.0), &shown[1](v), Font::Body, INK, Anchor::End);
-        }
-        let corners = [self.low, DVec2::new(self.high.x, self.low.y), self.high, DVec2::new(self.low.x, self.high.y)];
-        d.line(&[corners[0], corners[1], corners[2], corners[3], corners[0]], LINE, 1.5);
-        let middle = (self.low + self.high) * 0.5;
-        d.text(DVec2::new(middle.x, self.high.y + 38.0), names[0], Font::Body, INK, Anchor::Middle);
-        d.text_up(DVec2::new(self.low.x - 100.0, middle.y), names[1], Font::Body, INK);
-    }
-}
-
 fn percent(x: f64) -> String {
     format!("{} %", plain(100.0 * x))
 }
 
 fn seconds(x: f64) -> String {
     format!("{} s", plain(x))
-}
-
-/// Two digits without zeros at the end.
-fn plain(x: f64) -> String {
-    let decimals = (1.0 - x.log10().floor()).clamp(0.0, 6.0) as usize;
-    let text = format!("{x:.decimals$}");
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
 }
 
 fn draw(chart: &Chart) -> Drawing {
@@ -228,10 +149,6 @@ fn draw(chart: &Chart) -> Drawing {
     honesty_panel(&mut d, chart, &style);
     legend(&mut d, &methods, chart);
     d
-}
-
-fn heading(d: &mut Drawing, panel: &Panel, text: &str) {
-    d.text(DVec2::new(panel.low.x, panel.low.y - 26.0), text, Font::Label, INK, Anchor::Start);
 }
 
 fn speed_panel(d: &mut Drawing, chart: &Chart, methods: &[&str], style: &dyn Fn(&Point) -> (Colour, Mark)) {

@@ -5,6 +5,7 @@
 
 mod canvas;
 mod chart;
+mod curves;
 mod drawing;
 mod exr;
 mod field;
@@ -14,9 +15,11 @@ mod hdr;
 mod isolines;
 mod legend;
 mod map;
+mod panel;
 mod png;
 mod run_json;
 mod scale;
+mod stages;
 mod table;
 mod text;
 
@@ -27,7 +30,9 @@ use crate::measure::{Ledger, Measurement, ViewResult};
 use crate::scene::{GridLayout, Scene};
 
 pub use chart::write_chart;
+pub use curves::{Curve, CurvePanel, Curves, write_curves};
 pub use run_json::run_json;
+pub use stages::write_stages;
 
 /// How the run came about.
 #[derive(Clone, Debug, Default)]

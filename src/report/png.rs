@@ -28,10 +28,27 @@ pub(super) fn encode(width: usize, height: usize, rgb: &[u8]) -> Result<Vec<u8>>
 /// One factor per pixel takes all three channels, so that no hue shifts. Only what lies outside of sRGB is
 /// drawn towards grey, as far as it must be. The colour of the light is kept: nothing balances the white.
 pub(super) fn tone_mapped(scene: &Scene, result: &ViewResult) -> Result<Vec<u8>> {
-    let pixels: Vec<Pixel> = result.xyz.iter().map(|xyz| Pixel::new(xyz.map(f64::from))).collect();
-    let exposure = Exposure::of(&pixels, least_lamp(scene));
-    let rgb: Vec<u8> = pixels.iter().flat_map(|p| exposure.develop(p)).collect();
-    encode(result.view.width, result.view.height, &rgb)
+    let rgb = Film::for_picture(scene, &result.xyz).develop(&result.xyz);
+    encode(result.view.width, result.view.height, rgb.as_flattened())
+}
+
+/// An exposure to show several pictures with.
+pub(super) struct Film(Exposure);
+
+impl Film {
+    /// Exposed for one picture.
+    pub(super) fn for_picture(scene: &Scene, xyz: &[[f32; 3]]) -> Self {
+        Self(Exposure::of(&pixels(xyz), least_lamp(scene)))
+    }
+
+    /// Pixels in sRGB.
+    pub(super) fn develop(&self, xyz: &[[f32; 3]]) -> Vec<[u8; 3]> {
+        pixels(xyz).iter().map(|p| self.0.develop(p)).collect()
+    }
+}
+
+fn pixels(xyz: &[[f32; 3]]) -> Vec<Pixel> {
+    xyz.iter().map(|xyz| Pixel::new(xyz.map(f64::from))).collect()
 }
 
 /// Share of the pixels on surfaces that are shown darker than [`BRIGHT`].
@@ -132,16 +149,16 @@ mod tests {
 
     const WHITE: [f64; 3] = [0.9505, 1.0, 1.089];
 
-    fn pixels(luminance: &[f64]) -> Vec<Pixel> {
+    fn grey(luminance: &[f64]) -> Vec<Pixel> {
         luminance.iter().map(|l| Pixel::new(WHITE.map(|v| v * l))).collect()
     }
 
     #[test]
     fn a_lamp_does_not_darken_the_room_and_is_white() {
         let mut room = vec![10.0; 900];
-        let alone = Exposure::of(&pixels(&room), 20_000.0).gain;
+        let alone = Exposure::of(&grey(&room), 20_000.0).gain;
         room.extend([20_000.0; 100]);
-        let lit = Exposure::of(&pixels(&room), 20_000.0);
+        let lit = Exposure::of(&grey(&room), 20_000.0);
         assert!((lit.gain / alone - 1.0).abs() < 1e-12);
         let orange = Pixel::new([24_000.0, 20_000.0, 6_000.0]);
         assert_eq!(lit.develop(&orange), [255; 3]);
@@ -151,9 +168,9 @@ mod tests {
     fn bright_patches_without_an_emitter_are_no_lamps() {
         let mut room = vec![10.0; 900];
         room.extend([1_000.0; 100]);
-        let exposure = Exposure::of(&pixels(&room), f64::INFINITY);
+        let exposure = Exposure::of(&grey(&room), f64::INFINITY);
         // 0.8 is 231 of 255 when encoded.
-        let patch = exposure.develop(&pixels(&[1_000.0])[0]);
+        let patch = exposure.develop(&grey(&[1_000.0])[0]);
         assert!(patch.iter().all(|v| (229..=233).contains(v)), "{patch:?}");
     }
 
@@ -168,7 +185,7 @@ mod tests {
 
     #[test]
     fn the_ratio_of_the_channels_survives_the_shoulder() {
-        let exposure = Exposure::of(&pixels(&[50.0; 100]), f64::INFINITY);
+        let exposure = Exposure::of(&grey(&[50.0; 100]), f64::INFINITY);
         let decode = |v: u8| {
             let e = f64::from(v) / 255.0;
             ((e + 0.055) / 1.055).powf(2.4)
@@ -182,8 +199,8 @@ mod tests {
 
     #[test]
     fn the_dark_and_coloured_light_stay_in_range() {
-        assert_eq!(Exposure::of(&pixels(&[0.0; 9]), 1.0).develop(&pixels(&[0.0])[0]), [0; 3]);
-        let exposure = Exposure::of(&pixels(&[1.0; 9]), f64::INFINITY);
+        assert_eq!(Exposure::of(&grey(&[0.0; 9]), 1.0).develop(&grey(&[0.0])[0]), [0; 3]);
+        let exposure = Exposure::of(&grey(&[1.0; 9]), f64::INFINITY);
         // Sodium light: far outside of sRGB.
         let dim = exposure.develop(&Pixel::new([0.14, 0.1, 0.0]));
         assert!(dim[0] > dim[1] && dim[1] > dim[2], "{dim:?}");

@@ -119,6 +119,7 @@ pub(super) fn view(name: &str, width: usize, height: usize, bands: usize) -> Vie
         xyz,
         error_median: 0.012,
         error_p95: 0.046,
+        stages: Vec::new(),
     }
 }
 

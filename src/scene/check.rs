@@ -8,7 +8,8 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
-use super::outline::{OpenEdge, Welder, open_edges, weld_tolerance};
+use super::outline::{OpenEdge, open_edges, weld_tolerance};
+use super::shells::{Shell, shells};
 use super::{Axes, Face, Scene, faces, polygon};
 
 /// How bad a finding is.
@@ -79,23 +80,11 @@ struct Checker<'a> {
     found: Vec<Diagnostic>,
 }
 
-/// A closed part of the scene.
-struct Shell {
-    faces: Vec<usize>,
-    lo: DVec3,
-    hi: DVec3,
-    /// Positive if the fronts look outward, m³.
-    volume: f64,
-}
-
 impl<'a> Checker<'a> {
     fn new(scene: &'a Scene) -> Self {
         let (lo, hi) = faces::bounds(&scene.faces).unwrap_or_default();
         let tolerance = weld_tolerance(lo, hi);
-        let shells = parts(&scene.faces, tolerance)
-            .into_iter()
-            .filter_map(|part| Shell::of(&scene.faces, part, tolerance))
-            .collect();
+        let shells = shells(&scene.faces, tolerance);
         Self { scene, size: (hi - lo).length(), tolerance, shells, found: Vec::new() }
     }
 
@@ -349,63 +338,4 @@ fn length(edges: &[OpenEdge]) -> f64 {
 
 fn longest(edges: &[OpenEdge]) -> Option<&OpenEdge> {
     edges.iter().max_by(|a, b| a.from.distance(a.to).total_cmp(&b.from.distance(b.to)))
-}
-
-/// Faces joined by welded edges.
-fn parts(faces: &[Face], tolerance: f64) -> Vec<Vec<usize>> {
-    let mut welder = Welder::new(tolerance);
-    let mut leader: Vec<usize> = (0..faces.len()).collect();
-    let mut first: BTreeMap<(usize, usize), usize> = BTreeMap::new();
-    for (i, face) in faces.iter().enumerate() {
-        let ids: Vec<usize> = face.vertices.iter().map(|p| welder.id(*p)).collect();
-        for k in 0..ids.len() {
-            let (a, b) = (ids[k], ids[(k + 1) % ids.len()]);
-            let other = *first.entry((a.min(b), a.max(b))).or_insert(i);
-            let (x, y) = (root(&mut leader, i), root(&mut leader, other));
-            leader[x.max(y)] = x.min(y);
-        }
-    }
-    let mut parts: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-    for i in 0..faces.len() {
-        parts.entry(root(&mut leader, i)).or_default().push(i);
-    }
-    parts.into_values().collect()
-}
-
-fn root(leader: &mut [usize], mut i: usize) -> usize {
-    while leader[i] != i {
-        leader[i] = leader[leader[i]];
-        i = leader[i];
-    }
-    i
-}
-
-impl Shell {
-    /// The part as a shell, if it is closed.
-    fn of(all: &[Face], part: Vec<usize>, tolerance: f64) -> Option<Self> {
-        if part.len() < 4 || !open_edges(part.iter().map(|i| all[*i].vertices.as_slice()), tolerance).is_empty() {
-            return None;
-        }
-        let (lo, hi) = faces::bounds(part.iter().map(|i| &all[*i]))?;
-        let volume = part.iter().map(|i| (all[*i].vertices[0] - lo).dot(all[*i].normal) * all[*i].area_m2 / 3.0).sum();
-        Some(Self { faces: part, lo, hi, volume })
-    }
-
-    /// Is a point inside? The odd number of crossings of two rays out of three.
-    fn holds(&self, all: &[Face], p: DVec3) -> bool {
-        if p.cmplt(self.lo).any() || p.cmpgt(self.hi).any() {
-            return false;
-        }
-        // Directions without a simple ratio miss edges and vertices of ordinary models.
-        let directions =
-            [DVec3::new(0.571, 0.357, 0.739), DVec3::new(-0.683, 0.601, 0.415), DVec3::new(0.293, -0.779, -0.554)];
-        let odd = |d: &DVec3| self.faces.iter().filter(|i| crosses(&all[**i], p, *d)).count() % 2 == 1;
-        directions.iter().filter(|d| odd(d)).count() >= 2
-    }
-}
-
-fn crosses(face: &Face, p: DVec3, direction: DVec3) -> bool {
-    let slope = direction.dot(face.normal);
-    let t = (face.vertices[0] - p).dot(face.normal) / slope;
-    t > 0.0 && t.is_finite() && polygon::contains(&face.vertices, face.normal, p + direction * t, 0.0)
 }

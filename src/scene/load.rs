@@ -9,7 +9,7 @@ use sha2::{Digest, Sha256};
 use super::faces::{self, Drawn, Names, Place};
 use super::file::{self, At, BandsDef, DivisionDef, Kind, ModeDef, ModeName, SceneFile, Source, Up};
 use super::obj::{self, Obj};
-use super::{Axes, Face, InputFile, Scene, grid, material, sky, suggest, view};
+use super::{Axes, Face, InputFile, Scene, grid, material, shells, sky, suggest, view};
 use crate::error::ErrorKind;
 use crate::spectrum::BandMode;
 use crate::{Error, Result};
@@ -33,6 +33,7 @@ pub fn load(path: &Path) -> Result<Scene> {
     let drawing = draw(&mut files, &file, axes)?;
     let (faces, told) = face_list(&mut files, &file, &drawing)?;
     files.warnings.extend(told);
+    files.warnings.extend(shells::penetrations(&faces, &drawing.objects));
     warn_size(&mut files, &file, &faces);
     let materials = materials(&mut files, &file, &drawing, &faces)?;
     let bands = bands(source, file.bands.as_ref())?;

@@ -16,6 +16,7 @@ mod material;
 mod obj;
 mod outline;
 mod polygon;
+mod shells;
 mod sky;
 mod suggest;
 #[cfg(test)]

@@ -9,6 +9,7 @@ use glam::{DVec2, DVec3};
 use super::caster::{MISS, Ray};
 use super::daylight::{Parts, SkyScratch, daylight};
 use super::points::Points;
+use super::umbra::hidden;
 use super::visible::{Visible, cone_planes};
 use super::world::{Kind, World};
 use crate::light::{Emitter, above_plane, configuration_factor};
@@ -16,11 +17,19 @@ use crate::mesh::{polygon_area, sample_polygon};
 
 /// More blockers than this are sampled.
 const MAX_BLOCKERS: usize = 48;
+/// Share of an element's light below which an emitter is looked at from fewer places, and below which it takes part in a
+/// draw.
+const SMALL: f64 = 0.25;
+const MINOR: f64 = 0.02;
+/// Surfaces that together hide a lamp, at most, where more than that stand in the way.
+const MAX_LOOKS: usize = 8;
 /// Visible share of a lamp that is rounding.
 const SLIVER: f64 = 1e-11;
 /// Shadow rays: a first look, and all of them where that look sees a penumbra.
 const FEW_RAYS: u32 = 32;
 const MANY_RAYS: u32 = 256;
+/// At one of many places of an element.
+const ROUGH_RAYS: u32 = 8;
 
 /// Buffers of one thread, and what was done with them.
 #[derive(Debug, Default)]
@@ -31,6 +40,12 @@ pub struct DirectScratch {
     blockers: Vec<u32>,
     visible: Visible,
     sky: SkyScratch,
+    /// For each emitter, at every how manyth place of the element at work it is looked at; 0 where none sees it.
+    every: Vec<usize>,
+    /// Emitters of which one is drawn for each set of places: number, and light of it and of all before it.
+    minor: Vec<(usize, f64)>,
+    /// Places of a set.
+    places: usize,
     /// Shadow rays cast.
     pub rays: u64,
     /// Exact factors worked out.
@@ -42,6 +57,57 @@ impl DirectScratch {
     #[must_use]
     pub fn for_tolerance(tolerance: f64) -> Self {
         Self { sky: SkyScratch::for_tolerance(tolerance), ..Self::default() }
+    }
+
+    /// Prepares for [`direct_at_place`] at places of a convex polygon: how often each emitter is worth a look there.
+    ///
+    /// An emitter that could give no more than a small share of the light is looked at from fewer of the `places` of a set
+    /// than one in `every`; of those that could give next to nothing one is drawn. `strength` is the exitance of each group.
+    pub fn within(
+        &mut self,
+        world: &World,
+        polygon: &[DVec3],
+        normal: DVec3,
+        strength: &[f64],
+        every: usize,
+        places: usize,
+    ) {
+        let middle = polygon.iter().copied().sum::<DVec3>() / polygon.len() as f64;
+        let Self { visible, rays, whole, polygon: upper, .. } = self;
+        let mut light: Vec<f64> = world
+            .emitters
+            .list
+            .iter()
+            .map(|e| {
+                let faces = |p: &DVec3| e.normal.dot(*p - e.vertices[0]) > 0.0;
+                if !polygon.iter().any(faces) {
+                    return 0.0;
+                }
+                whole.clear();
+                whole.extend(e.vertices.iter().map(|v| *v - middle));
+                above_plane(whole, normal, 0.0, upper);
+                strength[e.group]
+                    * if upper.len() < 3 { f64::MIN_POSITIVE } else { configuration_factor(upper, normal) }
+            })
+            .collect();
+        let sum: f64 = light.iter().sum();
+        self.minor.clear();
+        let mut drawn = 0.0;
+        for (k, (light, e)) in light.iter_mut().zip(&world.emitters.list).enumerate() {
+            let is_minor = *light > 0.0 && *light < MINOR * sum;
+            if is_minor {
+                drawn += *light;
+                self.minor.push((k, drawn));
+            }
+            if is_minor || (*light > 0.0 && hidden(world, polygon, normal, e, visible, rays)) {
+                *light = 0.0;
+            }
+        }
+        let sum: f64 = light.iter().sum::<f64>() + drawn;
+        let turns = |light: f64| ((SMALL * sum / light) as usize).clamp(1, places).next_power_of_two();
+        self.every.clear();
+        self.every.extend(light.iter().map(|l| if *l > 0.0 { (every * turns(*l)).min(places) } else { 0 }));
+        self.places = places;
     }
 }
 
@@ -64,9 +130,53 @@ pub fn direct_parts(
     for (k, emitter) in world.emitters.list.iter().enumerate() {
         out[emitter.group] += visible_factor(world, emitter, x, normal, sample ^ ((k as u64) << 32), scratch);
     }
+    add_daylight(world, (x, normal), sample, diffuse, scratch, out);
+}
+
+/// The same at one of many places of the polygon for which `scratch` was prepared ([`DirectScratch::within`]): what is
+/// looked at from every other place alone counts twice there. Light of sky and sun as `daylight` wants: both, sun or none.
+pub fn direct_at_place(
+    world: &World,
+    (x, normal): (DVec3, DVec3),
+    place: usize,
+    sample: u64,
+    daylight: (bool, bool),
+    scratch: &mut DirectScratch,
+    out: &mut [f64],
+) {
+    let mut look = |k: usize, times: f64, scratch: &mut DirectScratch| {
+        let emitter = &world.emitters.list[k];
+        out[emitter.group] += times * visible_factor(world, emitter, x, normal, sample ^ ((k as u64) << 32), scratch);
+    };
+    for k in 0..world.emitters.list.len() {
+        let every = scratch.every[k];
+        if every > 0 && (place + k).is_multiple_of(every) {
+            look(k, every as f64, scratch);
+        }
+    }
+    if let Some((_, all)) = scratch.minor.last().copied().filter(|_| place.is_multiple_of(scratch.places)) {
+        let want = all * Points::new(sample).get(0, 2);
+        let chosen = scratch.minor.partition_point(|m| m.1 <= want).min(scratch.minor.len() - 1);
+        let (k, upto) = scratch.minor[chosen];
+        let own = upto - if chosen > 0 { scratch.minor[chosen - 1].1 } else { 0.0 };
+        look(k, scratch.places as f64 * all / own, scratch);
+    }
+    if daylight.0 || daylight.1 {
+        add_daylight(world, (x, normal), sample, daylight.0, scratch, out);
+    }
+}
+
+fn add_daylight(
+    world: &World,
+    at: (DVec3, DVec3),
+    sample: u64,
+    diffuse: bool,
+    scratch: &mut DirectScratch,
+    out: &mut [f64],
+) {
     if let Some(first) = world.daylight_group() {
         let parts = if diffuse { Parts::All } else { Parts::Sun };
-        scratch.rays += daylight(world, (x, normal), sample, parts, &mut scratch.sky, &mut out[first..]);
+        scratch.rays += daylight(world, at, sample, parts, &mut scratch.sky, &mut out[first..]);
     }
 }
 
@@ -94,9 +204,8 @@ pub fn visible_factor(
     s.factors += 1;
     cone_planes(&s.polygon, &mut s.planes);
     let ceiling = (emitter.normal, emitter.normal.dot(emitter.vertices[0]));
-    let few = s.planes.len() <= 15
-        && world.caster.in_cone(x, &s.planes, ceiling, MAX_BLOCKERS, &mut s.blockers)
-        && !s.blockers.iter().any(|b| world.kind(*b) == Kind::Glass);
+    let all = s.planes.len() <= 15 && world.caster.in_cone(x, &s.planes, ceiling, MAX_BLOCKERS, &mut s.blockers);
+    let few = all && !s.blockers.iter().any(|b| world.kind(*b) == Kind::Glass);
     // Only what lies between the point and the emitter's plane can block.
     let between = (emitter.normal, -height * (1.0 - 1e-9));
     let blockers = s.blockers.iter().copied().filter(|b| *b as usize != emitter.surface);
@@ -106,8 +215,33 @@ pub fn visible_factor(
         let is_sliver = seen < 1e-9 && seen < SLIVER * configuration_factor(&s.polygon, normal);
         return if is_sliver { 0.0 } else { seen };
     }
+    if !all && hidden_behind_some(world, x, between, emitter.surface, s) {
+        return 0.0;
+    }
     let whole = configuration_factor(&s.polygon, normal);
     whole * visible_share(world, emitter, x, normal, sample, s)
+}
+
+/// Do a few surfaces hide the emitter's polygon from `x`? They are those that rays to what is left of it meet.
+fn hidden_behind_some(world: &World, x: DVec3, between: (DVec3, f64), target: usize, s: &mut DirectScratch) -> bool {
+    s.blockers.clear();
+    let mut aim = s.polygon.iter().copied().sum::<DVec3>() / s.polygon.len() as f64;
+    for _ in 0..MAX_LOOKS {
+        let distance = aim.length();
+        let hit = world.caster.closest(&Ray::to(x, aim / distance, (distance * (1.0 - 1e-6)) as f32));
+        s.rays += 1;
+        let opaque = hit.surface != MISS && hit.surface as usize != target && world.kind(hit.surface) != Kind::Glass;
+        if !opaque || s.blockers.contains(&hit.surface) {
+            return false;
+        }
+        s.blockers.push(hit.surface);
+        if !s.visible.clip(world, x, between, &s.polygon, s.blockers.iter().copied()) {
+            return false;
+        }
+        let Some(piece) = s.visible.pieces.first() else { return true };
+        aim = piece.polygon.iter().copied().sum::<DVec3>() / piece.polygon.len() as f64;
+    }
+    false
 }
 
 /// Share of the emitter's light that reaches the point, by shadow rays weighted with the kernel.
@@ -119,7 +253,9 @@ fn visible_share(world: &World, emitter: &Emitter, x: DVec3, normal: DVec3, samp
         outline.reverse();
     }
     let (mut seen, mut all) = (0.0, 0.0);
-    let mut count = FEW_RAYS;
+    // One place of many may err: the others make up for it.
+    let (few, many) = if s.places > 0 { (ROUGH_RAYS, ROUGH_RAYS) } else { (FEW_RAYS, MANY_RAYS) };
+    let mut count = few;
     let mut k = 0;
     while k < count {
         let (a, b) = points.pair(k, 0);
@@ -132,8 +268,8 @@ fn visible_share(world: &World, emitter: &Emitter, x: DVec3, normal: DVec3, samp
         }
         k += 1;
         let mixed = seen > 0.0 && seen < all;
-        if k == FEW_RAYS && mixed {
-            count = MANY_RAYS;
+        if k == few && mixed {
+            count = many;
         }
     }
     if all > 0.0 { seen / all } else { 0.0 }

@@ -15,12 +15,13 @@ mod optics;
 pub mod points;
 mod portals;
 mod rows;
+mod umbra;
 mod visible;
 mod world;
 
 pub use chain::{Fork, Landing, Tint, follow};
 pub use daylight::{DAYLIGHT_GROUPS, GROUND, SKY, SUN, sun_direction, transmittance_out};
-pub use direct::{DirectScratch, direct, direct_parts, transmittance_to, visible_factor};
+pub use direct::{DirectScratch, direct, direct_at_place, direct_parts, transmittance_to, visible_factor};
 pub use glass::Pane;
 pub use optics::{LightPart, Optics};
 pub use portals::{chance_weight, through_panes};

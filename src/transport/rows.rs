@@ -3,12 +3,13 @@
 //! Every element casts a few well-spread rays; each ray lands on another element, which is made if nobody has asked
 //! for it before. A few waves close the set. In a closed scene the weights of a row sum to one by construction.
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::caster::{Hit, MISS, Ray};
 use super::chain::{Fork, Landing, Tint, follow};
-use super::daylight::{GROUND, SKY};
-use super::direct::{DirectScratch, direct_parts};
+use super::daylight::{GROUND, SKY, SUN};
+use super::direct::{DirectScratch, direct_at_place};
 use super::optics::Optics;
 use super::points::{Points, seed};
 use super::world::{World, cosine_direction};
@@ -203,6 +204,8 @@ struct Worker<'a> {
     rays: Vec<Ray>,
     hits: Vec<Hit>,
     factors: Vec<f64>,
+    /// Exitance of each group, all bands together.
+    strength: Vec<f64>,
 }
 
 impl<'a> Worker<'a> {
@@ -216,6 +219,7 @@ impl<'a> Worker<'a> {
             rays: Vec::new(),
             hits: Vec::new(),
             factors: vec![0.0; world.groups()],
+            strength: optics.exitance.iter().map(|m| m.iter().map(|m| f64::from(*m)).sum()).collect(),
         }
     }
 
@@ -232,8 +236,12 @@ impl<'a> Worker<'a> {
             factors: 0,
         };
         let mut counted = vec![0u32; replicas];
-        let mut skies = vec![0u32; replicas];
+        let (mut suns, mut skies) = (vec![0u32; replicas], vec![0u32; replicas]);
         let (rays_before, factors_before) = (self.scratch.rays, self.scratch.factors);
+        // What is worth fewer elements is worth fewer places.
+        let lit_every = (self.settings.lit_every * mesh.block_side(element.key) as usize).min(rays);
+        let outline: Vec<DVec3> = element.outline.iter().map(|uv| surface.point(*uv)).collect();
+        self.scratch.within(self.world, &outline, normal, &self.strength, lit_every, rays);
         for r in 0..replicas {
             // Neighbours take neighbouring stretches of one sequence: together their rays are as well spread as one
             // element's, and their errors cancel where a sensor sees many of them.
@@ -242,7 +250,7 @@ impl<'a> Worker<'a> {
             let morton = mesh.morton(element);
             let first = morton.wrapping_mul(rays as u32);
             // Points of one number modulo the rays lie on one side of every element: neighbours take turns.
-            let sky_from = (stream as u32).wrapping_add(morton.wrapping_mul(3)) as usize % rays;
+            let turn = (stream as u32).wrapping_add(morton.wrapping_mul(3)) as usize % rays;
             self.rays.clear();
             for k in 0..rays as u32 {
                 let (a, b) = points.pair(first.wrapping_add(k), 0);
@@ -256,16 +264,19 @@ impl<'a> Worker<'a> {
             out.rays += rays as u64;
             for k in 0..rays {
                 let sample = self.sample(mesh, k, points.get(first.wrapping_add(k as u32), 4), &mut out.rays);
-                let asked = k % self.settings.lit_every == 0 && !self.world.glowing();
-                if asked && sample.target != Target::Covered {
+                if sample.target != Target::Covered && !self.world.glowing() {
                     counted[r] += 1;
                     self.factors.fill(0.0);
                     let x = self.rays[k].at(0.0);
                     let shadow = seed(&[stream, u64::from(first), 1 + k as u64]);
                     // Sky and ground change slowly across an element: one place in each set is enough.
-                    let diffuse = skies[r] == 0 && k >= sky_from;
-                    skies[r] += u32::from(diffuse);
-                    direct_parts(self.world, (x, normal), shadow, diffuse, &mut self.scratch, &mut self.factors);
+                    let sky = skies[r] == 0 && k >= turn;
+                    let sun = sky || (k + turn).is_multiple_of(lit_every);
+                    skies[r] += u32::from(sky);
+                    suns[r] += u32::from(sun);
+                    let place = ((x, normal), k + turn);
+                    let (scratch, factors) = (&mut self.scratch, &mut self.factors);
+                    direct_at_place(self.world, place.0, place.1, shadow, (sky, sun), scratch, factors);
                     for (sum, f) in out.direct[r * groups..].iter_mut().zip(&self.factors) {
                         *sum += *f as f32;
                     }
@@ -275,7 +286,11 @@ impl<'a> Worker<'a> {
         }
         let lamps = self.world.daylight_group().unwrap_or(groups);
         let is_diffuse = |g: usize| g == lamps + SKY || g == lamps + GROUND;
-        average_direct(&mut out.direct, groups, |g| if is_diffuse(g) { &skies } else { &counted });
+        average_direct(&mut out.direct, groups, |g| match g {
+            _ if is_diffuse(g) => &skies,
+            _ if g == lamps + SUN => &suns,
+            _ => &counted,
+        });
         out.rays += self.scratch.rays - rays_before;
         out.factors = self.scratch.factors - factors_before;
         out

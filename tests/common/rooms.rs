@@ -54,16 +54,15 @@ pub fn random_room(number: u64) -> Build {
             b.block(low, at(x + 0.5 * w, y + l + 0.05, below), plate);
         }
     }
-    if number % 3 == 0 {
+    if number.is_multiple_of(3) {
         let partition = paint(&mut d, &mut b);
         let x = d.within(0.35, 0.65) * size.x;
         let slit = d.within(0.1, 0.5);
         b.block(at(x, 0.0, 0.0), at(x + 0.05, size.y - slit, size.z), partition);
     }
     let boxes: Vec<Foot> = (0..2 + d.below(5)).filter_map(|_| furniture(&mut d, &mut b, size)).collect();
-    let level: Vec<(DVec3, DVec3)> = (0..20)
-        .map(|_| (at(d.within(0.1, size.x - 0.1), d.within(0.1, size.y - 0.1), 0.8), DVec3::Z))
-        .collect();
+    let level: Vec<(DVec3, DVec3)> =
+        (0..20).map(|_| (at(d.within(0.1, size.x - 0.1), d.within(0.1, size.y - 0.1), 0.8), DVec3::Z)).collect();
     b.points("0.8 m", &level);
     let near: Vec<(DVec3, DVec3)> = (0..10).filter_map(|_| beside(&mut d, &boxes, size)).collect();
     if !near.is_empty() {

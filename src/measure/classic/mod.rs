@@ -8,9 +8,11 @@ mod hierarchical;
 mod level;
 mod picture;
 mod read;
+mod stages;
 
 use std::time::Instant;
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::adaptive::Task;
@@ -29,6 +31,8 @@ use read::{Reader, Reading};
 const DOUBLING: f64 = 2.0;
 /// Patches along the longest side of the scene to begin with.
 const FIRST_PATCHES: u32 = 4;
+/// Pixels of a hemicube across a light that it shows to about 2 % (measured: `experiments/stability`).
+const PIXELS: f64 = 5.0;
 
 /// Solves a scene by a classic method.
 ///
@@ -71,7 +75,14 @@ pub(super) fn run(task: &Task<'_>, mut record: Record) -> Result<Measurement> {
         ));
     }
     let start = Instant::now();
-    let views: Vec<_> = task.scene.views.iter().map(|v| picture::paint(task, v, &fine, &coarse)).collect();
+    let mut views: Vec<_> = task.scene.views.iter().map(|v| picture::paint(task, v, &fine, &coarse)).collect();
+    if task.options.stages && !views.is_empty() {
+        task.progress.stage("pictures on the way", 0);
+        let stages = stages::stages(task, &fine);
+        for v in &mut views {
+            v.stages = stages.iter().map(|s| picture::paint_stage(task, &v.view, &fine, s)).collect();
+        }
+    }
     if !views.is_empty() {
         record.timings_s.push(("pictures".into(), start.elapsed().as_secs_f64()));
     }
@@ -193,6 +204,9 @@ fn describe(task: &Task<'_>, record: &mut Record, patches: u32, fine: &Level, co
         ("iterations".into(), fine.solved.iterations as u64),
     ]);
     record.counts.extend(fine.solved.links.map(|links| ("links".into(), links)));
+    if task.options.method == Method::Hemicube {
+        record.warnings.extend(coarse_hemicube(task, fine));
+    }
     if fine.solved.ambient.iter().any(|a| *a != 0.0) {
         record.left_out.push(LeftOut {
             what: "light not shot yet".into(),
@@ -202,6 +216,27 @@ fn describe(task: &Task<'_>, record: &mut Record, patches: u32, fine: &Level, co
             ),
         });
     }
+}
+
+/// Tells of lights too small for the hemicubes: they alias, or are missed, and two meshes need not tell.
+fn coarse_hemicube(task: &Task<'_>, fine: &Level) -> Option<String> {
+    let world = task.world;
+    let resolution = level::hemicube(world, fine.mesh.as_ref(), fine.size).resolution as f64;
+    let corners = || world.surfaces.list.iter().flat_map(|s| &s.vertices);
+    let needed = world.emitters.list.iter().map(|e| {
+        let centre = e.vertices.iter().sum::<DVec3>() / e.vertices.len() as f64;
+        let longest = e.vertices.iter().map(|v| 2.0 * v.distance(centre)).fold(0.0, f64::max);
+        let distance = corners().map(|v| v.distance(centre)).fold(0.0, f64::max);
+        PIXELS * 2.0 * distance * longest / e.area
+    });
+    let most = needed.fold(0.0, f64::max);
+    (most > resolution).then(|| {
+        format!(
+            "hemicubes of {resolution} pixels: the smallest light covers {:.2} of a pixel's width from across the scene; \
+             {most:.0} pixels would show it to about 2 %: use more --patches, or --method gathering",
+            PIXELS * resolution / most
+        )
+    })
 }
 
 /// Where the light went, each line summed on its own; empty where no matrix tells.

@@ -5,8 +5,9 @@ use rayon::prelude::*;
 use super::super::adaptive::Task;
 use super::super::camera::Camera;
 use super::super::options::Display;
-use super::super::result::ViewResult;
+use super::super::result::{PictureStage, ViewResult};
 use super::level::Level;
+use super::stages::Stage;
 use crate::scene::View;
 use crate::transport::caster::{MISS, Ray};
 
@@ -24,10 +25,10 @@ pub(super) fn paint(task: &Task<'_>, view: &View, fine: &Level, coarse: &Level) 
         .enumerate()
         .with_min_len(64)
         .map(|(pixel, out)| {
-            let seen = pixel_of(task, &camera, fine, pixel);
+            let seen = pixel_of(task, &camera, fine, &fine.solved.radiosity, pixel);
             out.iter_mut().zip(&seen).for_each(|(o, l)| *o = *l as f32);
             let xyz = task.optics.bands.xyz(&seen);
-            let other = task.optics.bands.xyz(&pixel_of(task, &camera, coarse, pixel))[1];
+            let other = task.optics.bands.xyz(&pixel_of(task, &camera, coarse, &coarse.solved.radiosity, pixel))[1];
             (xyz, if xyz[1] > 0.0 { (xyz[1] - other).abs() / xyz[1] } else { 0.0 })
         })
         .collect();
@@ -40,11 +41,28 @@ pub(super) fn paint(task: &Task<'_>, view: &View, fine: &Level, coarse: &Level) 
         radiance,
         error_median: at(50),
         error_p95: at(95),
+        stages: Vec::new(),
     }
 }
 
-/// Radiance of a pixel, W/(m² sr nm).
-fn pixel_of(task: &Task<'_>, camera: &Camera, level: &Level, pixel: usize) -> Vec<f64> {
+/// The same view with the radiosities of a stage of its mesh.
+pub(super) fn paint_stage(task: &Task<'_>, view: &View, level: &Level, stage: &Stage) -> PictureStage {
+    let camera = Camera::new(view, &task.world.surfaces.frame);
+    let colour = |pixel| task.optics.bands.xyz(&pixel_of(task, &camera, level, &stage.radiosity, pixel));
+    PictureStage {
+        name: stage.name.into(),
+        shots: stage.shots,
+        unshot: stage.unshot,
+        xyz: (0..camera.width * camera.height)
+            .into_par_iter()
+            .with_min_len(64)
+            .map(|pixel| colour(pixel).map(|x| x as f32))
+            .collect(),
+    }
+}
+
+/// Radiance of a pixel from the radiosities of a mesh, W/(m² sr nm).
+fn pixel_of(task: &Task<'_>, camera: &Camera, level: &Level, radiosity: &[f64], pixel: usize) -> Vec<f64> {
     let bands = task.optics.bands.len();
     let mut sum = vec![0.0; bands];
     let samples = (ACROSS * ACROSS) as f64;
@@ -63,7 +81,7 @@ fn pixel_of(task: &Task<'_>, camera: &Camera, level: &Level, pixel: usize) -> Ve
         let linear = task.options.display != Display::Constant;
         let Some(weights) = level.weights(hit.surface as usize, front, uv, linear) else { continue };
         for (band, sum) in sum.iter_mut().enumerate() {
-            let shown: f64 = weights.iter().map(|(i, w)| w * level.solved.radiosity[i * bands + band]).sum();
+            let shown: f64 = weights.iter().map(|(i, w)| w * radiosity[i * bands + band]).sum();
             *sum += shown.max(0.0) / (std::f64::consts::PI * samples);
         }
     }

@@ -14,7 +14,7 @@ pub(super) fn jacobi(system: &System, factors: &FormFactors, accuracy: f64) -> (
         let mut change = Change::new(system.bands);
         for (k, b) in radiosity.iter_mut().enumerate() {
             let next = system.emitted[k] + system.rho[k] * h[k];
-            change.enter(k, next - *b, next);
+            change.enter(k, next - *b, next - system.emitted[k]);
             *b = next;
         }
         if change.relative() <= accuracy {
@@ -36,7 +36,7 @@ pub(super) fn gauss_seidel(system: &System, factors: &FormFactors, accuracy: f64
             for (band, h) in h.iter().enumerate() {
                 let k = i * bands + band;
                 let next = system.emitted[k] + system.rho[k] * h;
-                change.enter(k, next - radiosity[k], next);
+                change.enter(k, next - radiosity[k], next - system.emitted[k]);
                 radiosity[k] = next;
             }
         }
@@ -47,7 +47,7 @@ pub(super) fn gauss_seidel(system: &System, factors: &FormFactors, accuracy: f64
     (radiosity, MOST_SWEEPS)
 }
 
-/// Largest change and largest value, band by band.
+/// Largest change and largest reflected radiosity, band by band: beside a small fierce lamp every wall would seem settled.
 struct Change {
     list: Vec<(f64, f64)>,
 }

@@ -19,6 +19,9 @@ mod full_matrix;
 mod gathering;
 mod shooting;
 
+/// Excess over one of `ρ_i Σ_j F_ij` that is rounding.
+const GAIN: f64 = 1e-6;
+
 pub use shooting::{ExchangeRows, OnDemand, Shooting};
 
 use rayon::prelude::*;
@@ -95,11 +98,12 @@ pub struct Outcome {
     pub irradiance: Vec<f64>,
     /// Sweeps, shots or products that were needed; eliminations for the full matrix.
     pub iterations: usize,
-    /// Largest `|M + ρFB − B|` over the patches, against the largest `B`; over all bands.
+    /// Largest `|M + ρFB − B|` over the patches, against the largest reflected part `B − M`; over all bands.
     pub residual: f64,
     /// Flux in that residual, against the flux emitted: what is still to be shot. Largest over the bands.
     pub unshot: f64,
-    /// Bound on the largest error of `B` against the largest `B`: residual over `1 − ρ_max`. Largest over the bands.
+    /// Bound on the largest error of `B` against the largest reflected part: residual over `1 − ρ_max`. Largest over the
+    /// bands.
     pub bound: f64,
 }
 
@@ -144,11 +148,12 @@ impl System {
         factors.irradiance(radiosity, self.bands)
     }
 
-    /// Solves until the residual of every band is at most `accuracy` of its largest radiosity.
+    /// Solves until the residual of every band is at most `accuracy` of its largest reflected radiosity.
     ///
     /// # Errors
     ///
-    /// When there is no finite solution: the scene is closed and nothing absorbs.
+    /// When there is no finite solution: the scene is closed and nothing absorbs, or the form factors of a patch sum to so
+    /// much that it would reflect more than all light that leaves it.
     pub fn solve(&self, factors: &FormFactors, solver: Solver, accuracy: f64) -> Result<Outcome> {
         self.check_finite(factors)?;
         let (radiosity, iterations) = match solver {
@@ -181,10 +186,11 @@ impl System {
             (0..radiosity.len()).map(|k| self.emitted[k] + self.rho[k] * irradiance[k] - radiosity[k]).collect();
         let largest =
             |x: &[f64], band: usize| x.iter().skip(band).step_by(self.bands).fold(0.0f64, |m, x| m.max(x.abs()));
+        let reflected: Vec<f64> = radiosity.iter().zip(&self.emitted).map(|(b, m)| b - m).collect();
         let (emitted, open) = (self.emitted_flux(), self.flux(&rest));
         let mut outcome = Outcome { radiosity, irradiance, iterations, residual: 0.0, unshot: 0.0, bound: 0.0 };
         for band in 0..self.bands {
-            let scale = largest(&outcome.radiosity, band);
+            let scale = largest(&reflected, band);
             if scale > 0.0 {
                 let residual = largest(&rest, band) / scale;
                 outcome.residual = outcome.residual.max(residual);
@@ -203,6 +209,16 @@ impl System {
             )
             .mend("give at least one surface a reflectance below 1, or open the room"));
         }
-        Ok(())
+        let rho = |i: usize| self.rho[i * self.bands..(i + 1) * self.bands].iter().copied().fold(0.0, f64::max);
+        let sums = factors.irradiance(&vec![1.0; self.len()], 1);
+        match (0..self.len()).find(|i| rho(*i) * sums[*i] > 1.0 + GAIN) {
+            Some(i) => Err(Error::impossible(format!(
+                "the form factors of patch {i} sum to {:.6} and it reflects {:.6}: the light would grow at every reflection",
+                sums[i],
+                rho(i)
+            ))
+            .mend("balance the form factors, or work them out more exactly")),
+            None => Ok(()),
+        }
     }
 }

@@ -25,7 +25,7 @@ const MOST_ROUNDS: usize = 12;
 const ROUGH: f64 = 1e-3;
 /// Sweeps of the balance, at most, and the defect at which it ends; narrow gaps take many.
 const SWEEPS: usize = 3000;
-const BALANCED: f64 = 1e-9;
+const BALANCED: f64 = 1e-7;
 
 /// Patches of all sizes and the links between them.
 #[derive(Clone, Debug)]
@@ -87,7 +87,7 @@ pub fn solve(
         refiner.refine(&mut tree, waiting, &mut brightness)?;
         rounds += 1;
         let mut hierarchy = Hierarchy::new(tree, &refiner.links, closed);
-        hierarchy.balance(ROUGH);
+        hierarchy.balance();
         let system = paint(hierarchy.tree.list());
         let rough = system.solve_by_products(&hierarchy, ROUGH)?;
         brightness = self::brightness(&hierarchy.tree, &system, &rough.radiosity);
@@ -97,7 +97,6 @@ pub fn solve(
         }
         tree = hierarchy.tree;
     };
-    hierarchy.balance(BALANCED);
     let (off, root) = hierarchy.worst_root;
     if off > largest {
         return Err(too_far_off(world, &hierarchy.tree.nodes[root].patch, off, largest));
@@ -163,7 +162,7 @@ impl Hierarchy {
 
     /// Scales what leaves send and receive until rows sum what they must, one in a closed scene, at most one in an open
     /// scene (symmetric Sinkhorn scaling); reciprocity stays.
-    fn balance(&mut self, accuracy: f64) {
+    fn balance(&mut self) {
         for _ in 0..SWEEPS {
             let sums = self.row_sums();
             let mut defect = 0.0f64;
@@ -174,7 +173,7 @@ impl Hierarchy {
                     *scale *= (wanted / sum).sqrt();
                 }
             }
-            if defect < accuracy {
+            if defect < BALANCED {
                 break;
             }
         }
