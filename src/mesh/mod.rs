@@ -2,8 +2,8 @@
 //!
 //! In: a [`Scene`](crate::scene::Scene). Out: [`Surfaces`] (polygons about a local origin, scaled to size one,
 //! with the lines along which other surfaces touch them) and [`Elements`] (cells of a surface's grid, cut
-//! along those lines, made when a ray asks for them; larger where [`Importance`] is thin). [`PatchMesh`] makes them all at
-//! once, for the classic methods, [`PatchTree`] in all sizes.
+//! along those lines, made when a ray asks for them; larger where [`Importance`] is thin). [`PatchMesh`] makes them all
+//! at once, for the classic methods, [`PatchTree`] in all sizes.
 
 mod contact;
 mod elements;

@@ -135,7 +135,7 @@ impl PatchMesh {
         deepest(side.of(cell), |i| &self.list[i as usize].outline, uv)
     }
 
-    /// A value of the patches at a point of a surface's side; see [`Patches::weights`]. Not below zero.
+    /// A value of the patches at a point of a surface's side, but not below zero; see [`Patches::weights`].
     #[must_use]
     pub fn interpolate(&self, surface: usize, front: bool, uv: DVec2, value: impl Fn(usize) -> f64) -> Option<f64> {
         self.weights(surface, front, uv).map(|w| w.iter().map(|(i, w)| w * value(*i)).sum::<f64>().max(0.0))

@@ -203,10 +203,10 @@ fn describe(task: &Task<'_>, record: &mut Record, patches: u32, fine: &Level, co
         ("form_factors".into(), fine.solved.factors + coarse.solved.factors + work.factors),
         ("iterations".into(), fine.solved.iterations as u64),
     ]);
-    record.counts.extend(fine.solved.links.map(|links| ("links".into(), links)));
     if task.options.method == Method::Hemicube {
         record.warnings.extend(coarse_hemicube(task, fine));
     }
+    record.counts.extend(fine.solved.links.map(|links| ("links".into(), links)));
     if fine.solved.ambient.iter().any(|a| *a != 0.0) {
         record.left_out.push(LeftOut {
             what: "light not shot yet".into(),
@@ -221,7 +221,7 @@ fn describe(task: &Task<'_>, record: &mut Record, patches: u32, fine: &Level, co
 /// Tells of lights too small for the hemicubes: they alias, or are missed, and two meshes need not tell.
 fn coarse_hemicube(task: &Task<'_>, fine: &Level) -> Option<String> {
     let world = task.world;
-    let resolution = level::hemicube(world, fine.mesh.as_ref(), fine.size).resolution as f64;
+    let resolution = level::hemicube(world, &*fine.mesh, fine.size).resolution as f64;
     let corners = || world.surfaces.list.iter().flat_map(|s| &s.vertices);
     let needed = world.emitters.list.iter().map(|e| {
         let centre = e.vertices.iter().sum::<DVec3>() / e.vertices.len() as f64;

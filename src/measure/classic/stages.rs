@@ -32,8 +32,8 @@ impl Stage {
 /// Shoots once more from the start and keeps what is to be seen: the ambient term alone, one light shot, two lights shot,
 /// [`FEW`] shots more, and the full solution. Lights that are not there have no stage.
 pub(super) fn stages(task: &Task<'_>, level: &Level) -> Vec<Stage> {
-    let analytic = Analytic::new(task.world, level.mesh.as_ref());
-    let rows = OnDemand::new(&analytic, &level.system.areas, is_closed(task.world, level.mesh.as_ref()));
+    let analytic = Analytic::new(task.world, &*level.mesh);
+    let rows = OnDemand::new(&analytic, &level.system.areas, is_closed(task.world, &*level.mesh));
     let mut state = Shooting::new(&level.system, rows, false);
     let mut list = vec![Stage::new("ambient only", &state)];
     let mut lights = Lights::new(level);

@@ -210,6 +210,7 @@ impl System {
             .mend("give at least one surface a reflectance below 1, or open the room"));
         }
         let rho = |i: usize| self.rho[i * self.bands..(i + 1) * self.bands].iter().copied().fold(0.0, f64::max);
+        // What patches receive that all see exitance one.
         let sums = factors.irradiance(&vec![1.0; self.len()], 1);
         match (0..self.len()).find(|i| rho(*i) * sums[*i] > 1.0 + GAIN) {
             Some(i) => Err(Error::impossible(format!(
