@@ -65,6 +65,24 @@ fn closed_room_conserves_flux() {
 }
 
 #[test]
+fn an_open_box_keeps_the_light_of_the_full_matrix() {
+    // Five sides of a cube: rows of leaves err both ways, and none may be cut off.
+    let mut scene = cube(0.8).0;
+    scene.faces.remove(0);
+    let (rho, emitted) = ([0.8, 0.8], [0.0, 1.0]);
+    let mean = |allowed| {
+        let s = refined(&scene, &rho, &emitted, 0.0625, allowed);
+        assert!(!s.hierarchy.closed);
+        let flux: f64 = s.system.areas.iter().zip(&s.outcome.irradiance).map(|(a, h)| a * h).sum();
+        (flux, s.hierarchy.links())
+    };
+    let ((coarse, few), (fine, many)) = (mean(0.03), mean(0.003));
+    assert!(5 * few < many, "{few} {many}");
+    // Links err by 3 % of the mean irradiance at most and not all one way.
+    assert_ratio(coarse, fine, 0.005, "flux received");
+}
+
+#[test]
 fn links_are_reciprocal() {
     let s = room(&[0.7, 0.5, 0.3, 0.0], &[0.0, 0.0, 0.0, 3000.0]);
     let n = s.system.len();

@@ -160,23 +160,35 @@ impl Hierarchy {
         self.irradiance(&vec![1.0; self.scale.len()], 1)
     }
 
-    /// Scales what leaves send and receive until rows sum what they must, one in a closed scene, at most one in an open
-    /// scene (symmetric Sinkhorn scaling); reciprocity stays.
+    /// Scales what leaves send and receive until rows sum what they must (symmetric Sinkhorn scaling); reciprocity stays.
+    ///
+    /// That is one in a closed scene. In an open scene the row of a root is at most one; the rows of its leaves lie about
+    /// it by the doubt of their links, above and below, and are left as they are: to cut off those above one alone would
+    /// take light away.
     fn balance(&mut self) {
         for _ in 0..SWEEPS {
             let sums = self.row_sums();
+            let excess = if self.closed { sums.clone() } else { self.excess_of_roots(&sums) };
             let mut defect = 0.0f64;
-            for (scale, sum) in self.scale.iter_mut().zip(sums) {
-                let wanted = if self.closed { 1.0 } else { sum.min(1.0) };
-                if sum > 0.0 {
-                    defect = defect.max((sum / wanted - 1.0).abs());
-                    *scale *= (wanted / sum).sqrt();
+            for (scale, over) in self.scale.iter_mut().zip(excess) {
+                if over > 0.0 {
+                    defect = defect.max((over - 1.0).abs());
+                    *scale /= over.sqrt();
                 }
             }
             if defect < BALANCED {
                 break;
             }
         }
+    }
+
+    /// For every leaf, what the row of its root sums to, but at least one.
+    fn excess_of_roots(&self, sums: &[f64]) -> Vec<f64> {
+        let mut all = self.tree.pull(sums, 1);
+        let (roots, below) = all.split_at_mut(self.tree.roots());
+        roots.iter_mut().for_each(|sum| *sum = sum.max(1.0));
+        below.fill(0.0);
+        self.tree.push(all, 1)
     }
 
     /// A leaf's row errs by the doubt of its links. Over a root that averages out: what is left is a leak, or form factors
