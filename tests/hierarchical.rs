@@ -66,7 +66,7 @@ fn closed_room_conserves_flux() {
 
 #[test]
 fn an_open_box_keeps_the_light_of_the_full_matrix() {
-    // Five sides of a cube: rows of leaves err both ways, and none may be cut off.
+    // Five sides of a cube: the rows of leaves sum to what rays find, not to what coarse links say.
     let mut scene = cube(0.8).0;
     scene.faces.remove(0);
     let (rho, emitted) = ([0.8, 0.8], [0.0, 1.0]);
@@ -78,7 +78,7 @@ fn an_open_box_keeps_the_light_of_the_full_matrix() {
     };
     let ((coarse, few), (fine, many)) = (mean(0.03), mean(0.003));
     assert!(5 * few < many, "{few} {many}");
-    // Links err by 3 % of the mean irradiance at most and not all one way.
+    // 512 rays tell a row to 1/512 or better; two bounces of that, and as much for what links hide.
     assert_ratio(coarse, fine, 0.005, "flux received");
 }
 
