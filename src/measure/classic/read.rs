@@ -138,7 +138,8 @@ impl<'a> Reader<'a> {
         let uv = world.surfaces.list[surface].uv(position);
         let bands = self.level.system.bands;
         let weights = self.level.weights(surface, front, uv, bilinear)?;
-        let value = |field: &[f64], band: usize| weights.iter().map(|(i, w)| w * field[i * bands + band]).sum();
+        let value =
+            |field: &[f64], band: usize| weights.iter().map(|(i, w)| w * field[i * bands + band]).sum::<f64>().max(0.0);
         let field = |f: &[f64]| (0..bands).map(|band| value(f, band)).collect::<Vec<f64>>();
         let (whole, direct) = (field(&matrix.irradiance), field(&matrix.direct));
         let reflected = whole.iter().zip(&direct).map(|(w, d)| w - d).collect();

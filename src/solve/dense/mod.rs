@@ -156,6 +156,7 @@ impl System {
     /// much that it would reflect more than all light that leaves it.
     pub fn solve(&self, factors: &FormFactors, solver: Solver, accuracy: f64) -> Result<Outcome> {
         self.check_finite(factors)?;
+        self.check_growth(factors)?;
         let (radiosity, iterations) = match solver {
             Solver::FullMatrix => (full_matrix::solve(self, factors)?, self.bands),
             Solver::Jacobi => gathering::jacobi(self, factors, accuracy),
@@ -209,6 +210,11 @@ impl System {
             )
             .mend("give at least one surface a reflectance below 1, or open the room"));
         }
+        Ok(())
+    }
+
+    /// Refuses factors that make any patch reflect more than all that is sent.
+    fn check_growth(&self, factors: &FormFactors) -> Result<()> {
         let rho = |i: usize| self.rho[i * self.bands..(i + 1) * self.bands].iter().copied().fold(0.0, f64::max);
         // What patches receive that all see exitance one.
         let sums = factors.irradiance(&vec![1.0; self.len()], 1);

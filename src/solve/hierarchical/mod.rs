@@ -14,7 +14,7 @@ use super::dense::{Operator, Outcome, System};
 use crate::error::Result;
 use crate::mesh::{Patch, PatchTree, Patches};
 use crate::transport::World;
-use crate::transport::form_factor::{is_closed, sees_anything, too_far_off};
+use crate::transport::form_factor::{sees_anything, staying_shares, too_far_off};
 
 pub use refine::Refinement;
 use refine::{Link, Refiner};
@@ -23,9 +23,11 @@ use refine::{Link, Refiner};
 const MOST_ROUNDS: usize = 12;
 /// Residual of the solutions that only tell where light is.
 const ROUGH: f64 = 1e-3;
+/// Rays from each leaf that tell how much of its light stays in the scene.
+const LOOKS: u32 = 512;
 /// Sweeps of the balance, at most, and the defect at which it ends; narrow gaps take many.
 const SWEEPS: usize = 3000;
-const BALANCED: f64 = 1e-9;
+const BALANCED: f64 = 1e-7;
 
 /// Patches of all sizes and the links between them.
 #[derive(Clone, Debug)]
@@ -38,6 +40,8 @@ pub struct Hierarchy {
     first: Vec<usize>,
     /// Makes rows sum what they must: of each leaf, for what it sends and what it receives.
     scale: Vec<f64>,
+    /// Share of the light of each leaf that stays in the scene.
+    stays: Vec<f64>,
     /// Does no light leave the scene?
     pub closed: bool,
     /// Root mean square, by area, of the relative defect of the row sums before the balance.
@@ -77,7 +81,6 @@ pub fn solve(
     accuracy: f64,
 ) -> Result<Solved> {
     let mut tree = PatchTree::new(&world.surfaces, |p| sees_anything(world, p));
-    let closed = is_closed(world, &tree);
     let mut refiner = Refiner::new(world, refinement);
     let mut waiting = refiner.roots(&tree);
     let emission = paint(tree.list());
@@ -86,8 +89,10 @@ pub fn solve(
     let mut hierarchy = loop {
         refiner.refine(&mut tree, waiting, &mut brightness)?;
         rounds += 1;
-        let mut hierarchy = Hierarchy::new(tree, &refiner.links, closed);
-        hierarchy.balance(ROUGH);
+        let stays = staying_shares(world, &tree, LOOKS);
+        refiner.rays += stays.len() as u64 * u64::from(LOOKS);
+        let mut hierarchy = Hierarchy::new(tree, &refiner.links, stays);
+        hierarchy.balance();
         let system = paint(hierarchy.tree.list());
         let rough = system.solve_by_products(&hierarchy, ROUGH)?;
         brightness = self::brightness(&hierarchy.tree, &system, &rough.radiosity);
@@ -97,7 +102,6 @@ pub fn solve(
         }
         tree = hierarchy.tree;
     };
-    hierarchy.balance(BALANCED);
     let (off, root) = hierarchy.worst_root;
     if off > largest {
         return Err(too_far_off(world, &hierarchy.tree.nodes[root].patch, off, largest));
@@ -122,7 +126,7 @@ fn brightness(tree: &PatchTree, system: &System, radiosity: &[f64]) -> Vec<f64> 
 
 impl Hierarchy {
     /// Sorts the links by node. `tree` has its leaves numbered.
-    fn new(tree: PatchTree, list: &[Link], closed: bool) -> Self {
+    fn new(tree: PatchTree, list: &[Link], stays: Vec<f64>) -> Self {
         let mut first = vec![0; tree.nodes.len() + 1];
         let ends = || list.iter().flat_map(|l| [(l.a, l.b, l.exchange), (l.b, l.a, l.exchange)]);
         ends().for_each(|(node, _, _)| first[node as usize + 1] += 1);
@@ -138,7 +142,8 @@ impl Hierarchy {
             links,
             first,
             scale,
-            closed,
+            closed: stays.iter().all(|share| *share == 1.0),
+            stays,
             closure_defect: 0.0,
             worst_root: (0.0, 0),
             rays: 0,
@@ -161,20 +166,21 @@ impl Hierarchy {
         self.irradiance(&vec![1.0; self.scale.len()], 1)
     }
 
-    /// Scales what leaves send and receive until rows sum what they must, one in a closed scene, at most one in an open
-    /// scene (symmetric Sinkhorn scaling); reciprocity stays.
-    fn balance(&mut self, accuracy: f64) {
+    /// Scales what leaves send and receive until rows sum what they must (symmetric Sinkhorn scaling); reciprocity stays.
+    ///
+    /// That is what rays say that stays in the scene: one in a closed one. Links alone cannot tell it: the rows of leaves
+    /// lie about the truth by the doubt of their links, too high where much of the light goes back and forth.
+    fn balance(&mut self) {
         for _ in 0..SWEEPS {
             let sums = self.row_sums();
             let mut defect = 0.0f64;
-            for (scale, sum) in self.scale.iter_mut().zip(sums) {
-                let wanted = if self.closed { 1.0 } else { sum.min(1.0) };
-                if sum > 0.0 {
+            for (scale, (sum, wanted)) in self.scale.iter_mut().zip(sums.iter().zip(&self.stays)) {
+                if *sum > 0.0 && *wanted > 0.0 {
                     defect = defect.max((sum / wanted - 1.0).abs());
                     *scale *= (wanted / sum).sqrt();
                 }
             }
-            if defect < accuracy {
+            if defect < BALANCED {
                 break;
             }
         }

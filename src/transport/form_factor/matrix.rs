@@ -185,15 +185,26 @@ pub fn too_far_off(world: &World, patch: &Patch, off: f64, largest: f64) -> Erro
 #[must_use]
 pub fn is_closed(world: &World, mesh: &dyn Patches) -> bool {
     mesh.list().par_iter().enumerate().all(|(i, p)| {
-        looks(world, p, i as u64).all(|ray| patch_hit(world, mesh, &ray, &world.caster.closest(&ray)).is_some())
+        looks(world, p, i as u64, LOOKS).all(|ray| patch_hit(world, mesh, &ray, &world.caster.closest(&ray)).is_some())
     })
 }
 
+/// Share of well-spread rays from each patch that land on a patch: what its row of form factors sums to, to about one over
+/// the number of rays.
+#[must_use]
+pub fn staying_shares(world: &World, mesh: &dyn Patches, rays: u32) -> Vec<f64> {
+    let share = |(i, p): (usize, &Patch)| {
+        let stays = |ray: &Ray| patch_hit(world, mesh, ray, &world.caster.closest(ray)).is_some();
+        looks(world, p, i as u64, rays).filter(stays).count() as f64 / f64::from(rays)
+    };
+    mesh.list().par_iter().enumerate().map(share).collect()
+}
+
 /// Well-spread rays from a patch.
-fn looks<'a>(world: &'a World, p: &'a Patch, stream: u64) -> impl Iterator<Item = Ray> + 'a {
+fn looks<'a>(world: &'a World, p: &'a Patch, stream: u64, count: u32) -> impl Iterator<Item = Ray> + 'a {
     let points = Points::new(seed(&[11, stream]));
     let surface = &world.surfaces.list[p.surface as usize];
-    (0..LOOKS).map(move |k| {
+    (0..count).map(move |k| {
         let ((a, b), (c, d)) = (points.pair(k, 0), points.pair(k, 2));
         let start = world.lift(surface.point(sample_polygon(&p.outline, a, b)), p.normal);
         Ray::new(start, cosine_direction(p.normal, c, d))
@@ -204,7 +215,7 @@ fn looks<'a>(world: &'a World, p: &'a Patch, stream: u64) -> impl Iterator<Item 
 #[must_use]
 pub fn sees_anything(world: &World, p: &Patch) -> bool {
     let (mut seen, mut buried) = (0, 0);
-    for ray in looks(world, p, 0) {
+    for ray in looks(world, p, 0, LOOKS) {
         let hit = world.caster.closest(&ray);
         if let Some(s) = world.surfaces.list.get(hit.surface as usize) {
             let d = glam::DVec3::from_array(ray.direction.map(f64::from));

@@ -22,7 +22,7 @@ pub use analytic::Analytic;
 pub use contour::exchange_area;
 pub use discs::Discs;
 pub use hemicube::{Hemicube, askew};
-pub use matrix::{FormFactors, is_closed, sees_anything, too_far_off};
+pub use matrix::{FormFactors, is_closed, sees_anything, staying_shares, too_far_off};
 pub use pairs::{Pairs, Spread, face_each_other};
 
 use super::direct::DirectScratch;
