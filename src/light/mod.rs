@@ -6,6 +6,7 @@
 mod daylight;
 mod emitters;
 mod lambert;
+pub mod photometry;
 pub mod sky;
 pub mod sun;
 pub mod weather;
