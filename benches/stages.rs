@@ -131,6 +131,7 @@ fn hall() -> Scene {
         grids: Vec::new(),
         views: Vec::new(),
         daytime: None,
+        luminaires: Vec::new(),
         axes: Axes::ZUp,
         inputs: Vec::new(),
         warnings: Vec::new(),

@@ -79,6 +79,7 @@ impl Build {
                 grids: Vec::new(),
                 views: Vec::new(),
                 daytime: None,
+                luminaires: Vec::new(),
                 axes: Axes::ZUp,
                 inputs: Vec::new(),
                 warnings: Vec::new(),

@@ -6,6 +6,7 @@
 mod chart;
 mod check;
 mod cpu;
+mod luminaire;
 mod progress;
 mod solve;
 
@@ -50,6 +51,8 @@ enum Command {
     Chart(ChartArgs),
     /// Find leaks, flipped normals and misplaced sensors before they cost an hour.
     Check(CheckArgs),
+    /// Tell what a photometric file holds (IES LM-63, EULUMDAT), draw it, convert it.
+    Luminaire(LuminaireArgs),
     /// Print the JSON Schema of the scene file, for editors.
     Schema,
 }
@@ -115,6 +118,31 @@ struct CheckArgs {
     /// Print the findings as JSON.
     #[arg(long)]
     json: bool,
+}
+
+/// Arguments of `luminaire`.
+#[derive(Args, Debug)]
+struct LuminaireArgs {
+    /// The photometric file: IES LM-63 or EULUMDAT.
+    file: PathBuf,
+    /// Print the findings as JSON.
+    #[arg(long)]
+    json: bool,
+    /// Write the polar diagram (PNG and SVG) into DIR [with --to: ./out/<name of the file>].
+    #[arg(short, long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Write the luminaire in this format too.
+    #[arg(long, value_enum)]
+    to: Option<LuminaireFormat>,
+}
+
+/// Formats that luminaires are written in.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum LuminaireFormat {
+    /// IES LM-63-2002.
+    Ies,
+    /// EULUMDAT.
+    Ldt,
 }
 
 /// Arguments of `chart`.
@@ -234,6 +262,7 @@ pub fn run() -> ExitCode {
         Command::Solve(args) => solve::run(args),
         Command::Chart(args) => chart::run(args),
         Command::Check(args) => check::run(args),
+        Command::Luminaire(args) => luminaire::run(args),
         Command::Schema => schema(),
     };
     outcome.unwrap_or_else(|e| fail(&e))

@@ -2,8 +2,10 @@
 
 use glam::DVec3;
 
-use crate::mesh::Surfaces;
+use super::luminaires::{Luminaire, Luminaires};
+use crate::mesh::{Frame, Surfaces};
 use crate::scene::{Material, Scene};
+use crate::spectrum::Spectrum;
 
 /// One emitting side of one surface.
 #[derive(Clone, Debug)]
@@ -27,8 +29,12 @@ pub struct Emitter {
 pub struct Emitters {
     /// All emitting sides.
     pub list: Vec<Emitter>,
-    /// Material of each group.
+    /// Material of each group of emitting sides.
     pub materials: Vec<usize>,
+    /// Luminaires, in the program's frame.
+    pub luminaires: Vec<Luminaire>,
+    /// Spectra of one lumen, W/(nm lm), of the groups of luminaires, which follow those of the sides.
+    pub spectra: Vec<Spectrum>,
 }
 
 impl Emitters {
@@ -67,18 +73,35 @@ impl Emitters {
         emitters
     }
 
+    /// Hangs luminaires among the emitting sides.
+    pub fn hang(&mut self, luminaires: Luminaires, frame: &Frame) {
+        let first = self.materials.len();
+        self.luminaires = luminaires.list.into_iter().map(|l| l.placed(frame, first)).collect();
+        self.spectra = luminaires.spectra;
+    }
+
+    /// Does nothing emit?
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.list.is_empty() && self.luminaires.is_empty()
+    }
+
     /// Number of groups.
     #[must_use]
     pub fn groups(&self) -> usize {
-        self.materials.len()
+        self.materials.len() + self.spectra.len()
     }
 
-    /// Emitting area of each group, in the program's frame.
+    /// What the exitance of each group is multiplied by to give its flux, in the program's unit of area: the emitting
+    /// area of sides, the lumens of luminaires over `area_m2`, the square metres of that unit.
     #[must_use]
-    pub fn group_areas(&self) -> Vec<f64> {
+    pub fn group_areas(&self, area_m2: f64) -> Vec<f64> {
         let mut areas = vec![0.0; self.groups()];
         for e in &self.list {
             areas[e.group] += e.area;
+        }
+        for l in &self.luminaires {
+            areas[l.group] += l.flux_lm / area_m2;
         }
         areas
     }

@@ -6,6 +6,7 @@
 mod daylight;
 mod emitters;
 mod lambert;
+mod luminaires;
 pub mod photometry;
 pub mod sky;
 pub mod sun;
@@ -14,3 +15,4 @@ pub mod weather;
 pub use daylight::Daylight;
 pub use emitters::{Emitter, Emitters};
 pub use lambert::{above_plane, configuration_factor};
+pub use luminaires::{Luminaire, Luminaires, LuminousFace, Shape};

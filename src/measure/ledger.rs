@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::gather::Solved;
 use super::result::Ledger;
+use crate::light::Emitter;
 use crate::light::sun::disc;
 use crate::mesh::{NO_ELEMENT, sample_polygon};
 use crate::transport::caster::Ray;
@@ -35,7 +36,7 @@ pub(super) fn balance(world: &World, optics: &Optics, solved: &Solved, tolerance
     let rays = ((MOST_RAYS * (0.01 / tolerance).min(1.0)) as u32).next_power_of_two();
     let n = optics.bands.len();
     let unit = world.surfaces.frame.area_m2();
-    let areas = world.emitters.group_areas();
+    let areas = world.emitters.group_areas(unit);
     let solution = &solved.solution;
     let sets: Vec<Emitted> = (0..solution.replicas)
         .into_par_iter()
@@ -72,31 +73,20 @@ fn shoot(world: &World, optics: &Optics, solved: &Solved, areas: &[f64], rays: u
     let mut tint = Tint::new(optics.pad);
     let rays = (rays / areas.len().max(1) as u32).max(FEWEST_RAYS);
     for (group, area) in areas.iter().enumerate() {
-        let members: Vec<_> = world.emitters.list.iter().filter(|e| e.group == group).collect();
         let points = Points::new(seed(&[stream, group as u64]));
-        let flux: Vec<f64> =
+        let of_group: Vec<f64> =
             (0..n).map(|band| area * f64::from(optics.exitance[group][band]) / f64::from(rays)).collect();
         for k in 0..rays {
-            let mut want = points.get(k, 4) * area;
-            let emitter = members
-                .iter()
-                .find(|e| {
-                    want -= e.area;
-                    want <= 0.0
-                })
-                .unwrap_or(&members[members.len() - 1]);
-            let surface = &world.surfaces.list[emitter.surface];
-            let (a, b) = points.pair(k, 0);
-            let (c, d) = points.pair(k, 2);
-            let start = world.lift(surface.point(sample_polygon(&surface.outline, a, b)), emitter.normal);
-            let ray = Ray::new(start, cosine_direction(emitter.normal, c, d));
+            let launch = launch(world, group, *area, &points, k);
+            let ray = launch.ray;
+            let flux: Vec<f64> = of_group.iter().map(|f| f * launch.weight).collect();
             let hit = world.caster.closest(&ray);
             tint.reset();
             let fork = Fork::Chance(points.get(k, 5));
             let landing = follow(world, optics, ray, hit, fork, &mut tint, &mut 0);
-            if world.glowing() {
+            if let Some(emitter) = launch.side.filter(|_| world.glowing()) {
                 // What was modelled left with the elements' radiosity and is accounted there.
-                let uv = surface.uv(start);
+                let uv = world.surfaces.list[emitter.surface].uv(ray.at(0.0));
                 let key = solved.mesh.key_at(emitter.surface, emitter.front, uv);
                 if solved.mesh.find(key) == NO_ELEMENT {
                     enter(&mut out.unexpanded, &flux, |_| 1.0);
@@ -107,10 +97,12 @@ fn shoot(world: &World, optics: &Optics, solved: &Solved, areas: &[f64], rays: u
             }
             let fate = match landing {
                 Landing::Escaped { .. } => Some(&mut out.escaped),
-                Landing::Surface { surface, front, point, .. } => {
+                Landing::Surface { surface, front, point, mirrored, .. } => {
                     let uv = world.surfaces.list[surface as usize].uv(point);
                     let key = solved.mesh.key_at(surface as usize, front, uv);
-                    (solved.mesh.find(key) == NO_ELEMENT).then_some(&mut out.unexpanded)
+                    // Mirrors show no luminaires: what they pass on is not modelled.
+                    let unseen = mirrored && launch.side.is_none();
+                    (unseen || solved.mesh.find(key) == NO_ELEMENT).then_some(&mut out.unexpanded)
                 }
                 Landing::Covered | Landing::Lost => Some(&mut out.lost),
             };
@@ -123,6 +115,43 @@ fn shoot(world: &World, optics: &Optics, solved: &Solved, areas: &[f64], rays: u
         }
     }
     out
+}
+
+/// A ray that carries light of a group away.
+struct Launch<'a> {
+    ray: Ray,
+    /// Its flux over the mean of the group's rays.
+    weight: f64,
+    /// The emitting side; none for luminaires.
+    side: Option<&'a Emitter>,
+}
+
+/// The `k`th ray of a group: from sides by area and cosine, from luminaires by flux in even directions.
+fn launch<'a>(world: &'a World, group: usize, area: f64, points: &Points, k: u32) -> Launch<'a> {
+    let emitters = &world.emitters;
+    let mut want = points.get(k, 4) * area;
+    let mut take = |own: f64| {
+        want -= own;
+        want <= 0.0
+    };
+    let ((a, b), (c, d)) = (points.pair(k, 0), points.pair(k, 2));
+    let mut sides = emitters.list.iter().filter(|e| e.group == group);
+    if let Some(side) = sides.clone().find(|e| take(e.area)).or_else(|| sides.next_back()) {
+        let surface = &world.surfaces.list[side.surface];
+        let start = world.lift(surface.point(sample_polygon(&surface.outline, a, b)), side.normal);
+        let ray = Ray::new(start, cosine_direction(side.normal, c, d));
+        return Launch { ray, weight: 1.0, side: Some(side) };
+    }
+    let unit = world.surfaces.frame.area_m2();
+    let mut hung = emitters.luminaires.iter().filter(|l| l.group == group);
+    let height = 2.0 * c - 1.0;
+    let direction = (DVec2::from_angle(TAU * d) * (1.0 - height * height).max(0.0).sqrt()).extend(height);
+    let Some(l) = hung.clone().find(|l| take(l.flux_lm / unit)).or_else(|| hung.next_back()) else {
+        return Launch { ray: Ray::new(DVec3::ZERO, direction), weight: 0.0, side: None };
+    };
+    let (start, normal) = l.start(direction, a, b);
+    let weight = 4.0 * PI * l.intensity(direction) / l.flux_lm;
+    Launch { ray: Ray::new(world.lift(start, normal), direction), weight, side: None }
 }
 
 /// Flux of sky, ground and sun that arrives on the elements, by band: parallel rays from all directions upon the sphere

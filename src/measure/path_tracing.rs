@@ -20,7 +20,7 @@ use crate::transport::caster::Ray;
 use crate::transport::points::{Points, seed};
 use crate::transport::{
     DirectScratch, Fork, Kind, Landing, LightPart, Optics, SUN, Tint, World, chance_weight, cosine_direction, follow,
-    sun_direction, through_panes, transmittance_out, transmittance_to,
+    one_place_lx, sun_direction, through_panes, transmittance_out, transmittance_to,
 };
 
 /// Independent batches.
@@ -50,17 +50,19 @@ pub(super) struct Tracer<'a> {
     cast: u64,
 }
 
-/// Cumulated odds of the emitters, by power in all bands, and each one's own.
+/// Cumulated odds of the emitters, then of the luminaires, by power in all bands, and each one's own.
 pub(super) fn emitter_odds(world: &World, optics: &Optics) -> Vec<(f64, f64)> {
-    let power = |e: &Emitter| e.area * f64::from(optics.exitance[e.group].iter().sum::<f32>());
-    let total: f64 = world.emitters.list.iter().map(power).sum();
+    let of_group = |group: usize| f64::from(optics.exitance[group].iter().sum::<f32>());
+    let sides = world.emitters.list.iter().map(|e: &Emitter| e.area * of_group(e.group));
+    let area_m2 = world.surfaces.frame.area_m2();
+    let hung = world.emitters.luminaires.iter().map(|l| l.flux_lm / area_m2 * of_group(l.group));
+    let powers: Vec<f64> = sides.chain(hung).collect();
+    let total: f64 = powers.iter().sum();
     let mut sum = 0.0;
-    world
-        .emitters
-        .list
-        .iter()
-        .map(|e| {
-            let own = power(e) / total;
+    powers
+        .into_iter()
+        .map(|power| {
+            let own = power / total;
             sum += own;
             (sum, own)
         })
@@ -87,9 +89,16 @@ impl<'a> Tracer<'a> {
     fn next_event(&mut self, x: DVec3, normal: DVec3, points: &Points, k: u32, dimension: u32) -> Option<(usize, f64)> {
         let want = points.get(k, dimension);
         let chosen = self.odds.iter().position(|o| want < o.0)?;
-        let emitter = &self.world.emitters.list[chosen];
-        let surface = &self.world.surfaces.list[emitter.surface];
         let (a, b) = points.pair(k, dimension + 1);
+        let sides = &self.world.emitters.list;
+        if chosen >= sides.len() {
+            // No ray lands on a luminaire: it has no rival.
+            let luminaire = &self.world.emitters.luminaires[chosen - sides.len()];
+            let light = one_place_lx(self.world, luminaire, x, normal, (a, b), &mut self.scratch);
+            return (light > 0.0).then(|| (luminaire.group, light / self.odds[chosen].1));
+        }
+        let emitter = &sides[chosen];
+        let surface = &self.world.surfaces.list[emitter.surface];
         let d = surface.point(sample_polygon(&surface.outline, a, b)) - x;
         let cosines = normal.dot(d).max(0.0) * (-emitter.normal.dot(d)).max(0.0);
         if cosines <= 0.0 {

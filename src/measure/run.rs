@@ -13,9 +13,10 @@ use super::result::{
 };
 use super::{classic, ledger, path_tracing, view};
 use crate::error::{Error, Result};
-use crate::light::{Daylight, Emitter};
+use crate::light::{Daylight, Emitter, Luminaire, Luminaires};
 use crate::scene::{MaterialKind, Scene};
 use crate::spectrum::{Bands, SpectralValue, Spectrum};
+use crate::transport::caster::{MISS, Ray};
 use crate::transport::points::seed;
 use crate::transport::{Optics, World};
 
@@ -37,8 +38,10 @@ pub fn solve(scene: &Scene, options: &SolveOptions, progress: &dyn Progress) -> 
     let start = Instant::now();
     progress.stage("geometry", 0);
     let daylight = Daylight::new(scene)?;
-    let world = World::with_daylight(scene, daylight);
-    let (bands, why) = plan_bands(scene, world.daylight(), options.tolerance)?;
+    let luminaires = Luminaires::new(scene)?;
+    let (bands, why) = plan_bands(scene, daylight.as_ref(), &luminaires, options.tolerance)?;
+    let (told, tables) = (luminaires.warnings.clone(), luminaires.tables.clone());
+    let world = World::with_daylight(scene, daylight).hang(luminaires);
     let optics = Optics::new(scene, &world, bands);
     let mut record = Record {
         method: options.method.name().into(),
@@ -55,10 +58,12 @@ pub fn solve(scene: &Scene, options: &SolveOptions, progress: &dyn Progress) -> 
             why: "from [sky] and [site]".into(),
         }));
         record.warnings.extend(light.warnings.iter().cloned());
-    } else if world.emitters.list.is_empty() {
+    } else if world.emitters.is_empty() {
         record.warnings.push("nothing in the scene emits light: all results are zero".into());
     }
+    record.warnings.extend(told);
     record.warnings.extend(buried_lamps(scene, &world));
+    record.warnings.extend(covered_luminaires(scene, &world, &tables));
     record.timings_s.push(("geometry".into(), start.elapsed().as_secs_f64()));
     let task = Task { scene, world: &world, optics: &optics, options, progress };
     match options.method {
@@ -82,8 +87,37 @@ fn buried_lamps(scene: &Scene, world: &World) -> Option<String> {
     ))
 }
 
+/// Distance, m, at which something before a luminaire is taken for a slip: its housing, or the ceiling it sits in.
+const COVER_M: f64 = 0.1;
+
+/// Tells of luminaires whose strongest light meets a surface at once.
+fn covered_luminaires(scene: &Scene, world: &World, tables: &[String]) -> Option<String> {
+    let covered = |l: &&Luminaire| {
+        let (_, vertical_deg, horizontal_deg) = l.web.peak();
+        let direction = l.axes * l.web.direction(vertical_deg, horizontal_deg);
+        let start = world.lift(l.start(direction, 0.5, 0.5).0, direction);
+        let hit = world.caster.closest(&Ray::new(start, direction));
+        let near = hit.surface != MISS && f64::from(hit.t) * world.surfaces.frame.size_m < COVER_M;
+        near.then(|| (l.table, hit))
+    };
+    let mut all = world.emitters.luminaires.iter().filter_map(|l| covered(&l));
+    let (table, hit) = all.next()?;
+    let count = 1 + all.count();
+    Some(format!(
+        "{count} luminaire(s) shine into a surface less than {COVER_M} m before them; the first: {} into object `{}`, {:.1} mm away: move it in front",
+        tables[table],
+        scene.objects[scene.faces[hit.surface as usize].object],
+        1e3 * f64::from(hit.t) * world.surfaces.frame.size_m
+    ))
+}
+
 /// The bands of a run: the scene's own spectra decide.
-fn plan_bands(scene: &Scene, daylight: Option<&Daylight>, tolerance: f64) -> Result<(Bands, String)> {
+fn plan_bands(
+    scene: &Scene,
+    daylight: Option<&Daylight>,
+    luminaires: &Luminaires,
+    tolerance: f64,
+) -> Result<(Bands, String)> {
     let mut area = vec![0.0; scene.materials.len()];
     for f in &scene.faces {
         area[f.material] += f.area_m2;
@@ -102,6 +136,7 @@ fn plan_bands(scene: &Scene, daylight: Option<&Daylight>, tolerance: f64) -> Res
         }
         lights.extend(m.emission.as_ref().map(|e| (&e.radiance, *a)));
     }
+    lights.extend(luminaires.lights());
     if let Some(light) = daylight {
         lights.extend([(&light.sky_irradiance, open_m2 / PI), (&light.sun_irradiance, open_m2 / PI)]);
     }
@@ -149,18 +184,24 @@ fn by_radiosity(task: &Task<'_>, mut record: Record) -> Result<Measurement> {
 
 /// Horizontal illuminance under the whole sky, where it alone shines.
 fn outdoor_lx(world: &World) -> Option<f64> {
-    let light = world.daylight().filter(|l| l.sun.is_none() && world.emitters.list.is_empty())?;
+    let light = world.daylight().filter(|l| l.sun.is_none() && world.emitters.is_empty())?;
     Some(light.diffuse_horizontal_lx()).filter(|lx| *lx > 0.0)
 }
 
-/// What daylight leaves out, told.
-fn omissions(task: &Task<'_>) -> Option<LeftOut> {
+/// What daylight and luminaires leave out, told.
+fn omissions(task: &Task<'_>) -> Vec<LeftOut> {
     let sunny = task.world.daylight().is_some_and(|l| l.sun.is_some());
-    (sunny && task.world.has_specular()).then(|| LeftOut {
+    let hung = (!task.world.emitters.luminaires.is_empty() && task.world.has_specular()).then(|| LeftOut {
+        what: "light of luminaires mirrored by mirrors and panes".into(),
+        bound: "not bounded: at most the luminaire's light times the mirror's reflectance, where its image falls"
+            .into(),
+    });
+    let sun = (sunny && task.world.has_specular()).then(|| LeftOut {
         what: "sun mirrored by panes and mirrors onto other surfaces".into(),
         bound: "not bounded: at most the sun's illuminance times the mirror's reflectance, where its image falls"
             .into(),
-    })
+    });
+    sun.into_iter().chain(hung).collect()
 }
 
 fn reading(task: &Task<'_>, sensor: &crate::scene::Sensor, s: &SensorState) -> SensorResult {

@@ -43,12 +43,20 @@ struct Sight {
     normal: DVec3,
     /// By mirror or glass: its tint; plain sights carry none.
     tint: Option<Vec<f32>>,
+    /// A luminaire, which is no surface: its group and π times its luminance.
+    glow: Option<(usize, f64)>,
 }
 
 /// Looks along a ray: one sight for a plain scene, one more for every pane on the way.
 fn look(world: &World, optics: &Optics, ray: Ray, sights: &mut Vec<Sight>) {
     sights.clear();
     let hit = world.caster.closest(&ray);
+    let direction = DVec3::from_array(ray.direction.map(f64::from));
+    if let Some(glow) = world.luminaire_seen(ray.at(0.0), direction, f64::from(hit.t)) {
+        let (point, normal) = (direction, direction);
+        sights.push(Sight { surface: MISS, front: true, point, normal, tint: None, glow: Some(glow) });
+        return;
+    }
     let mut tint = Tint::new(optics.pad);
     let mut panes = 0;
     for branch in (0..=8).rev() {
@@ -66,7 +74,14 @@ fn look(world: &World, optics: &Optics, ray: Ray, sights: &mut Vec<Sight>) {
         if let Landing::Escaped { direction, .. } = landing
             && world.daylight().is_some()
         {
-            sights.push(Sight { surface: MISS, front: true, point: direction, normal: direction, tint: own_tint() });
+            sights.push(Sight {
+                surface: MISS,
+                front: true,
+                point: direction,
+                normal: direction,
+                tint: own_tint(),
+                glow: None,
+            });
         }
         if let Landing::Surface { surface, front, point, .. } = landing {
             let s = &world.surfaces.list[surface as usize];
@@ -77,16 +92,20 @@ fn look(world: &World, optics: &Optics, ray: Ray, sights: &mut Vec<Sight>) {
                 point: world.lift(s.point(s.uv(point)), normal),
                 normal,
                 tint: own_tint(),
+                glow: None,
             });
         }
     }
 }
 
-/// Radiance of sky, sun or ground as a sight shows it, added to `out` with a weight.
+/// Radiance of sky, sun, ground or a luminaire as a sight shows it, added to `out` with a weight.
 fn add_background(world: &World, optics: &Optics, sight: &Sight, weight: f32, out: &mut [f32]) {
-    let sky = world.background(sight.point);
-    let sun = world.sun_disc(sight.point).map(|l| (optics.lamps + SUN, l));
-    for (group, light) in sky.into_iter().chain(sun) {
+    let beyond = || {
+        let sun = world.sun_disc(sight.point).map(|l| (optics.lamps + SUN, l));
+        [world.background(sight.point), sun]
+    };
+    let seen = sight.glow.map_or_else(beyond, |glow| [Some(glow), None]);
+    for (group, light) in seen.into_iter().flatten() {
         for (band, out) in out.iter_mut().enumerate() {
             let left = sight.tint.as_ref().map_or(1.0, |t| t[band]);
             *out += weight * left * optics.exitance[group][band] * light as f32 * std::f32::consts::FRAC_1_PI;

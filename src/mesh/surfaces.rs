@@ -60,7 +60,8 @@ pub struct Surface {
 }
 
 impl Surface {
-    fn new(vertices: Vec<DVec3>, normal: DVec3, material: usize) -> Self {
+    /// A polygon with axes along its longest side.
+    pub(crate) fn new(vertices: Vec<DVec3>, normal: DVec3, material: usize) -> Self {
         let n = vertices.len();
         let longest = (0..n).map(|k| vertices[(k + 1) % n] - vertices[k]).fold(DVec3::ZERO, |best, e| {
             // The first of equal edges, whatever the last bits say.

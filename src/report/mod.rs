@@ -17,6 +17,7 @@ mod legend;
 mod map;
 mod panel;
 mod png;
+mod polar;
 mod run_json;
 mod scale;
 mod stages;
@@ -31,6 +32,7 @@ use crate::scene::{GridLayout, Scene};
 
 pub use chart::write_chart;
 pub use curves::{Curve, CurvePanel, Curves, write_curves};
+pub use polar::write_polar;
 pub use run_json::run_json;
 pub use stages::write_stages;
 
@@ -47,6 +49,17 @@ pub struct Provenance {
     pub cpu_s: Option<f64>,
     /// Wall time, s.
     pub wall_s: f64,
+}
+
+/// Writes a text as a file of `dir`, which is made if it is missing.
+///
+/// # Errors
+/// Io with the file's name.
+pub fn write_text(dir: &Path, name: &str, text: &str) -> Result<PathBuf> {
+    std::fs::create_dir_all(dir).map_err(|e| Error::io(dir, &e))?;
+    let path = dir.join(name);
+    file::write_whole(&path, text.as_bytes())?;
+    Ok(path)
 }
 
 /// Writes everything that the scene asks for into `dir`, which is made if it is missing; answers the files

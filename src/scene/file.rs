@@ -13,6 +13,7 @@ use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{Error as _, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
+use super::luminaire::LuminaireDef;
 use super::sky::{SiteDef, SkyDef};
 use super::suggest;
 use crate::{Error, Result};
@@ -105,8 +106,9 @@ pub(crate) struct SceneFile {
     pub(crate) sky: Option<At<SkyDef>>,
     /// Place and time.
     pub(crate) site: Option<At<SiteDef>>,
-    #[schemars(skip)]
-    pub(crate) luminaires: Option<At<Vec<At<IgnoredAny>>>>,
+    /// Luminaires: photometric files and where they hang.
+    #[serde(default)]
+    pub(crate) luminaires: Vec<At<LuminaireDef>>,
 }
 
 /// Geometry files and how to read them.
@@ -612,6 +614,6 @@ mod tests {
         for key in ["luminance_cd_m2", "spacing_m", "range_nm", "film_mm", "additionalProperties"] {
             assert!(text.contains(key), "{key}");
         }
-        assert!(!text.contains("luminaires") && !text.contains("translucent"), "not built, not offered");
+        assert!(!text.contains("translucent"), "not built, not offered");
     }
 }

@@ -9,7 +9,7 @@ use sha2::{Digest, Sha256};
 use super::faces::{self, Drawn, Names, Place};
 use super::file::{self, At, BandsDef, DivisionDef, Kind, ModeDef, ModeName, SceneFile, Source, Up};
 use super::obj::{self, Obj};
-use super::{Axes, Face, InputFile, Scene, grid, material, shells, sky, suggest, view};
+use super::{Axes, Face, InputFile, Scene, grid, luminaire, material, shells, sky, suggest, view};
 use crate::error::ErrorKind;
 use crate::spectrum::BandMode;
 use crate::{Error, Result};
@@ -47,6 +47,10 @@ pub fn load(path: &Path) -> Result<Scene> {
     for def in &file.views {
         views.push(view::resolve(&mut files, axes, &def.value)?);
     }
+    let mut luminaires = Vec::new();
+    for def in &file.luminaires {
+        luminaires.push(luminaire::resolve(&mut files, axes, def)?);
+    }
     let north_deg = file.geometry.value.north_deg.as_ref().map_or(0.0, |n| n.value);
     let daytime = sky::resolve(&mut files, file.sky.as_ref(), file.site.as_ref(), north_deg)?;
     let title = file.title.unwrap_or_else(|| stem(path));
@@ -59,6 +63,7 @@ pub fn load(path: &Path) -> Result<Scene> {
         grids,
         views,
         daytime,
+        luminaires,
         axes,
         inputs: files.inputs,
         warnings: files.warnings,
@@ -152,10 +157,6 @@ pub(crate) fn unit_vector(source: Source<'_>, v: &At<[f64; 3]>, key: &str) -> Re
 }
 
 fn refuse_unbuilt(source: Source<'_>, file: &SceneFile) -> Result<()> {
-    if let Some(luminaires) = &file.luminaires {
-        let offset = luminaires.value.first().map_or(luminaires.offset, |l| l.offset);
-        return Err(source.unsupported(offset, "[[luminaires]]").mend("model the lamp as faces with `emission`"));
-    }
     for (name, def) in &file.materials {
         if let Some(kind) = def.value.kind.as_ref().filter(|k| k.value == Kind::Translucent) {
             let what = format!("material \"{name}\": kind = \"translucent\"");

@@ -12,6 +12,7 @@ mod faces;
 mod file;
 mod grid;
 mod load;
+mod luminaire;
 mod material;
 mod obj;
 mod outline;
@@ -30,6 +31,7 @@ use glam::DVec3;
 pub use check::{Diagnostic, Severity, check};
 pub use file::json_schema;
 pub use load::load;
+pub use luminaire::LuminaireRow;
 pub use sky::{Amount, ClockTime, Daytime, Placed, Site, SkyName};
 
 use crate::spectrum::{BandMode, SpectralValue, Spectrum};
@@ -62,6 +64,8 @@ pub struct Scene {
     pub views: Vec<View>,
     /// Sky, sun and ground, as asked for.
     pub daytime: Option<Daytime>,
+    /// Luminaires, table by table.
+    pub luminaires: Vec<LuminaireRow>,
     /// The user's axes.
     pub axes: Axes,
     /// Files read, with SHA-256 of their bytes in hexadecimal, in reading order.

@@ -184,13 +184,10 @@ fn glass_cannot_pass_more_than_a_clear_pane() {
 
 #[test]
 fn what_is_not_built_is_refused_by_name() {
-    for (rest, want) in [
-        ("[[luminaires]]\nfile = \"a.ies\"\n", "s.toml:7: [[luminaires]] is not supported in this version"),
-        (
-            "[materials.t]\nkind = \"translucent\"\n",
-            "s.toml:8: material \"t\": kind = \"translucent\" is not supported",
-        ),
-    ] {
+    for (rest, want) in [(
+        "[materials.t]\nkind = \"translucent\"\n",
+        "s.toml:8: material \"t\": kind = \"translucent\" is not supported",
+    )] {
         let e = error(&format!("{WALL}{rest}"));
         assert!(e.contains(want), "{rest} gave {e}");
     }

@@ -8,11 +8,12 @@ use glam::{DVec2, DVec3};
 
 use super::caster::{MISS, Ray};
 use super::daylight::{Parts, SkyScratch, daylight};
+use super::hung::luminaire_lx;
 use super::points::Points;
 use super::umbra::hidden;
 use super::visible::{Visible, cone_planes};
 use super::world::{Kind, World};
-use crate::light::{Emitter, above_plane, configuration_factor};
+use crate::light::{Emitter, Luminaire, above_plane, configuration_factor};
 use crate::mesh::{polygon_area, sample_polygon};
 
 /// More blockers than this are sampled.
@@ -34,13 +35,13 @@ const ROUGH_RAYS: u32 = 8;
 /// Buffers of one thread, and what was done with them.
 #[derive(Debug, Default)]
 pub struct DirectScratch {
-    polygon: Vec<DVec3>,
-    whole: Vec<DVec3>,
-    planes: Vec<DVec3>,
-    blockers: Vec<u32>,
-    visible: Visible,
+    pub(super) polygon: Vec<DVec3>,
+    pub(super) whole: Vec<DVec3>,
+    pub(super) planes: Vec<DVec3>,
+    pub(super) blockers: Vec<u32>,
+    pub(super) visible: Visible,
     sky: SkyScratch,
-    /// For each emitter, at every how manyth place of the element at work it is looked at; 0 where none sees it.
+    /// For each emitter, then each luminaire, at every how manyth place of the element at work it is looked at; 0 where none sees it.
     every: Vec<usize>,
     /// Emitters of which one is drawn for each set of places: number, and light of it and of all before it.
     minor: Vec<(usize, f64)>,
@@ -57,6 +58,11 @@ impl DirectScratch {
     #[must_use]
     pub fn for_tolerance(tolerance: f64) -> Self {
         Self { sky: SkyScratch::for_tolerance(tolerance), ..Self::default() }
+    }
+
+    /// Is it prepared for places of an element, of which one may err?
+    pub(super) fn at_places(&self) -> bool {
+        self.places > 0
     }
 
     /// Prepares for [`direct_at_place`] at places of a convex polygon: how often each emitter is worth a look there.
@@ -90,16 +96,25 @@ impl DirectScratch {
                     * if upper.len() < 3 { f64::MIN_POSITIVE } else { configuration_factor(upper, normal) }
             })
             .collect();
+        let area_m2 = world.surfaces.frame.area_m2();
+        light.extend(world.emitters.luminaires.iter().map(|l| {
+            let most = polygon.iter().chain([&middle]).map(|p| l.rough(*p, normal)).fold(0.0, f64::max);
+            strength[l.group] * most / area_m2
+        }));
         let sum: f64 = light.iter().sum();
         self.minor.clear();
         let mut drawn = 0.0;
-        for (k, (light, e)) in light.iter_mut().zip(&world.emitters.list).enumerate() {
+        for (k, light) in light.iter_mut().enumerate() {
             let is_minor = *light > 0.0 && *light < MINOR * sum;
             if is_minor {
                 drawn += *light;
                 self.minor.push((k, drawn));
             }
-            if is_minor || (*light > 0.0 && hidden(world, polygon, normal, e, visible, rays)) {
+            let target = match source(world, k) {
+                Source::Side(e) => (&e.vertices[..], e.surface),
+                Source::Hung(l) => (&l.corners[..], usize::MAX),
+            };
+            if is_minor || (*light > 0.0 && hidden(world, polygon, normal, target, visible, rays)) {
                 *light = 0.0;
             }
         }
@@ -127,10 +142,43 @@ pub fn direct_parts(
     scratch: &mut DirectScratch,
     out: &mut [f64],
 ) {
-    for (k, emitter) in world.emitters.list.iter().enumerate() {
-        out[emitter.group] += visible_factor(world, emitter, x, normal, sample ^ ((k as u64) << 32), scratch);
+    for k in 0..sources(world) {
+        add_source(world, k, (x, normal), 1.0, sample, scratch, out);
     }
     add_daylight(world, (x, normal), sample, diffuse, scratch, out);
+}
+
+/// What gives light that is looked at by itself.
+enum Source<'a> {
+    Side(&'a Emitter),
+    Hung(&'a Luminaire),
+}
+
+fn sources(world: &World) -> usize {
+    world.emitters.list.len() + world.emitters.luminaires.len()
+}
+
+fn source(world: &World, k: usize) -> Source<'_> {
+    let sides = &world.emitters.list;
+    if k < sides.len() { Source::Side(&sides[k]) } else { Source::Hung(&world.emitters.luminaires[k - sides.len()]) }
+}
+
+/// Adds the light of one source, `times` over.
+fn add_source(
+    world: &World,
+    k: usize,
+    (x, normal): (DVec3, DVec3),
+    times: f64,
+    sample: u64,
+    scratch: &mut DirectScratch,
+    out: &mut [f64],
+) {
+    let sample = sample ^ ((k as u64) << 32);
+    let (group, light) = match source(world, k) {
+        Source::Side(e) => (e.group, visible_factor(world, e, x, normal, sample, scratch)),
+        Source::Hung(l) => (l.group, luminaire_lx(world, l, x, normal, sample, scratch)),
+    };
+    out[group] += times * light;
 }
 
 /// The same at one of many places of the polygon for which `scratch` was prepared ([`DirectScratch::within`]): what is
@@ -145,10 +193,9 @@ pub fn direct_at_place(
     out: &mut [f64],
 ) {
     let mut look = |k: usize, times: f64, scratch: &mut DirectScratch| {
-        let emitter = &world.emitters.list[k];
-        out[emitter.group] += times * visible_factor(world, emitter, x, normal, sample ^ ((k as u64) << 32), scratch);
+        add_source(world, k, (x, normal), times, sample, scratch, out);
     };
-    for k in 0..world.emitters.list.len() {
+    for k in 0..sources(world) {
         let every = scratch.every[k];
         if every > 0 && (place + k).is_multiple_of(every) {
             look(k, every as f64, scratch);

@@ -19,7 +19,7 @@ pub struct Optics {
     pub pad: usize,
     /// Diffuse reflectance of back and front of each material.
     pub reflectance: Vec<[Vec<f32>; 2]>,
-    /// Exitance of each group of emitters, W/(m² nm); then the sky's horizontal irradiance, the ground's exitance and
+    /// Exitance of each group of emitting sides, W/(m² nm), spectrum of a lumen of each group of luminaires; then the sky's horizontal irradiance, the ground's exitance and
     /// the sun's irradiance face on.
     pub exitance: Vec<Vec<f32>>,
     /// XYZ weights of the bands, X then Y then Z, each padded.
@@ -88,6 +88,7 @@ impl Optics {
                 padded(radiance.unwrap_or_default().iter().map(|l| l * std::f64::consts::PI).collect())
             })
             .collect();
+        exitance.extend(world.emitters.spectra.iter().map(|s| padded(bands.radiance(s))));
         if let Some(light) = world.daylight() {
             let height = light.sun.map_or(0.0, |d| d.z);
             let sky = if light.sky.is_some() { bands.radiance(&light.sky_irradiance) } else { vec![0.0; bands.len()] };

@@ -5,7 +5,6 @@ use glam::{DVec2, DVec3};
 use super::caster::{MISS, Ray};
 use super::visible::Visible;
 use super::world::{Kind, World};
-use crate::light::Emitter;
 use crate::mesh::Surface;
 
 /// Distance from a plane, in units of the scene's size, below which a point lies in it.
@@ -14,7 +13,7 @@ const TOUCH: f64 = 1e-9;
 /// Surfaces in one plane that together hide a lamp, at most: the parts of a wall about its doors.
 const MAX_PARTS: usize = 6;
 
-/// Do opaque surfaces in one plane hide the emitter from every point of the convex polygon `from`? They are looked for by
+/// Do opaque surfaces in one plane hide `target`, the corners of a convex body on a surface of its own or on none, from every point of the convex polygon `from`? They are looked for by
 /// rays from its middle.
 ///
 /// Where a plane parts two convex polygons, every line between them goes through it within the hull of the places where
@@ -23,13 +22,13 @@ pub(super) fn hidden(
     world: &World,
     from: &[DVec3],
     normal: DVec3,
-    emitter: &Emitter,
+    target: (&[DVec3], usize),
     visible: &mut Visible,
     rays: &mut u64,
 ) -> bool {
     let middle = |p: &[DVec3]| p.iter().copied().sum::<DVec3>() / p.len() as f64;
     let x = world.lift(middle(from), normal);
-    let mut way = middle(&emitter.vertices) - x;
+    let mut way = middle(target.0) - x;
     let mut parts: Vec<u32> = Vec::new();
     let mut shadow: Vec<DVec3> = Vec::new();
     while parts.len() < MAX_PARTS {
@@ -39,7 +38,7 @@ pub(super) fn hidden(
         let reach = if parts.is_empty() { 1.0 - 1e-6 } else { 1.0 + 1e-4 };
         let hit = world.caster.closest(&Ray::to(x, way / distance, (distance * reach) as f32));
         let opaque = hit.surface != MISS && world.kind(hit.surface) != Kind::Glass;
-        if !opaque || hit.surface as usize == emitter.surface || parts.contains(&hit.surface) {
+        if !opaque || hit.surface as usize == target.1 || parts.contains(&hit.surface) {
             return false;
         }
         let part = &world.surfaces.list[hit.surface as usize];
@@ -48,7 +47,7 @@ pub(super) fn hidden(
             if !part.vertices.iter().all(|v| first.height(*v).abs() < TOUCH) {
                 return false;
             }
-        } else if let Some(outline) = shadow_of(part, from, &emitter.vertices) {
+        } else if let Some(outline) = shadow_of(part, from, target.0) {
             shadow = outline.iter().map(|uv| part.point(*uv) - x).collect();
         } else {
             return false;

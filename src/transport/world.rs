@@ -8,7 +8,7 @@ use super::glass::Pane;
 use super::points::Points;
 use super::portals::Portals;
 use crate::light::sun::DIAMETER_DEG;
-use crate::light::{Daylight, Emitters};
+use crate::light::{Daylight, Emitters, Luminaires};
 use crate::mesh::{Surfaces, sample_polygon};
 use crate::scene::{MaterialKind, Scene};
 use crate::spectrum::SpectralValue;
@@ -97,6 +97,14 @@ impl World {
         };
         world.glowing = world.daylight.is_none() && world.emitters_see_emitters() > 0.5;
         world
+    }
+
+    /// The same with luminaires, which are no geometry.
+    #[must_use]
+    pub fn hang(mut self, luminaires: Luminaires) -> Self {
+        self.emitters.hang(luminaires, &self.surfaces.frame);
+        self.glowing &= self.emitters.luminaires.is_empty();
+        self
     }
 
     /// Share of the emitters' light that lands on emitters first.

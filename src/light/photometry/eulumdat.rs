@@ -101,7 +101,7 @@ pub(super) fn parse(text: &str) -> Result<Photometry> {
         lamps: lamps.count,
         rated_flux_lm: Some(lamps.flux_lm),
         stated_flux_lm: (ratio_percent > 0.0).then_some(lamps.flux_lm * ratio_percent / 100.0),
-        power_W: lamps.power_W,
+        power_w: lamps.power_w,
         tilt: None,
         warnings,
     })
@@ -162,7 +162,7 @@ fn check_ends(isym: f64, planes_deg: &[f64]) -> Result<()> {
 struct Lamps {
     count: f64,
     flux_lm: f64,
-    power_W: f64,
+    power_w: f64,
 }
 
 /// The first set; the others are told.
@@ -180,8 +180,8 @@ fn lamps(lines: &Lines<'_>, sets: usize, warnings: &mut Vec<String>) -> Result<L
             .push(format!("the file has {sets} lamp sets: the first is used, {flux_lm} lm ({})", lines.text(line + 1)));
     }
     // A word or nothing there is no reason to refuse the light.
-    let power_W = number(lines.text(line + 5), "the power").unwrap_or(0.0);
-    Ok(Lamps { count: count.abs(), flux_lm, power_W })
+    let power_w = number(lines.text(line + 5), "the power").unwrap_or(0.0);
+    Ok(Lamps { count: count.abs(), flux_lm, power_w })
 }
 
 /// Length lies across C0, width along it; a width of zero is that of a circle.

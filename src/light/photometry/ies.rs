@@ -67,7 +67,7 @@ pub(super) fn parse(text: &str, path: &Path) -> Result<Photometry> {
         lamps: head.lamps,
         rated_flux_lm: head.rated_flux_lm,
         stated_flux_lm: None,
-        power_W: head.power_W,
+        power_w: head.power_w,
         tilt,
         warnings,
     })
@@ -141,7 +141,7 @@ struct Head {
     horizontals: usize,
     kind: PhotometricType,
     opening: Opening,
-    power_W: f64,
+    power_w: f64,
 }
 
 fn head(numbers: &mut Numbers<'_>, year: u16, warnings: &mut Vec<String>) -> Result<Head> {
@@ -168,7 +168,7 @@ fn head(numbers: &mut Numbers<'_>, year: u16, warnings: &mut Vec<String>) -> Res
     ];
     let ballast = positive(numbers, "the ballast factor")?;
     let third = third_factor(numbers, year, warnings)?;
-    let power_W = numbers.number("the input watts")?;
+    let power_w = numbers.number("the input watts")?;
     // −1 lumens mark absolute photometry.
     let rated_flux_lm = (lumens > 0.0 && lamps > 0.0).then_some(lamps * lumens);
     Ok(Head {
@@ -179,7 +179,7 @@ fn head(numbers: &mut Numbers<'_>, year: u16, warnings: &mut Vec<String>) -> Res
         horizontals,
         kind,
         opening: opening(width, length, height),
-        power_W,
+        power_w,
     })
 }
 

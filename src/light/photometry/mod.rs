@@ -110,7 +110,7 @@ pub struct Photometry {
     /// Luminous flux that the file says the luminaire gives, lm, where it says so.
     pub stated_flux_lm: Option<f64>,
     /// Electric power, W.
-    pub power_W: f64,
+    pub power_w: f64,
     /// How the output follows the tilt.
     pub tilt: Option<Tilt>,
     /// What a careful reader would tell the user.

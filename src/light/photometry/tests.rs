@@ -100,7 +100,7 @@ fn the_head_of_an_ies_file_scales_its_candelas() {
     // Multiplier 1, ballast 0.5, ballast-lamp factor 0.8.
     assert!((p.web.at(0.0, 0.0) - 40.0).abs() < 1e-12);
     assert_eq!(p.rated_flux_lm, Some(1000.0));
-    assert_eq!((p.lamps, p.power_W), (2.0, 20.0));
+    assert_eq!((p.lamps, p.power_w), (2.0, 20.0));
     assert_eq!(p.opening, Opening { along_c0_m: 0.6, along_c90_m: 0.3, height_m: 0.0, round: false });
     assert!(p.warnings[0].contains("lm"), "{:?}", p.warnings);
     // The same numbers are a code in 2019 and nothing in 2002.
@@ -222,7 +222,7 @@ fn eulumdat_planes_lie_where_the_symmetry_code_says() {
         }
         // Length lies along C90.
         assert_eq!((p.opening.along_c90_m, p.opening.along_c0_m), (1.1, 0.15));
-        assert_eq!((p.rated_flux_lm, p.stated_flux_lm, p.power_W), (Some(2000.0), Some(1600.0), 22.5));
+        assert_eq!((p.rated_flux_lm, p.stated_flux_lm, p.power_w), (Some(2000.0), Some(1600.0), 22.5));
     }
     let latin: Vec<u8> = sample_ldt(1).chars().map(|c| c as u8).collect();
     assert_eq!(Photometry::parse(&latin, Path::new("a.ldt")).unwrap().name(), "Lamp é");
@@ -255,7 +255,7 @@ fn conversion_keeps_every_candela() {
         for other in [&as_ies, &back] {
             assert_eq!(other.web.symmetry(), original.web.symmetry());
             assert_eq!(other.opening, original.opening);
-            assert_eq!((other.rated_flux_lm, other.power_W), (original.rated_flux_lm, original.power_W));
+            assert_eq!((other.rated_flux_lm, other.power_w), (original.rated_flux_lm, original.power_w));
             for k in 0..100 {
                 let (g, c) = (f64::from(k) * 0.93, f64::from(k) * 41.3);
                 let (a, b) = (original.web.at(g, c), other.web.at(g, c));

@@ -198,6 +198,16 @@ impl Web {
         self.at(vertical.to_degrees(), horizontal.to_degrees())
     }
 
+    /// The unit vector, in the luminaire's own axes, of a vertical and a horizontal angle in degrees.
+    #[must_use]
+    pub fn direction(&self, vertical_deg: f64, horizontal_deg: f64) -> DVec3 {
+        let ((sv, cv), (sh, ch)) = (vertical_deg.to_radians().sin_cos(), horizontal_deg.to_radians().sin_cos());
+        match self.kind {
+            PhotometricType::C => DVec3::new(sv * ch, sv * sh, -cv),
+            PhotometricType::A | PhotometricType::B => DVec3::new(sv, -cv * sh, -cv * ch),
+        }
+    }
+
     /// Intensity, cd, at a vertical and a horizontal angle in degrees: bilinear, zero outside the vertical range.
     #[must_use]
     pub fn at(&self, vertical_deg: f64, horizontal_deg: f64) -> f64 {

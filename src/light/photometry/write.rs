@@ -80,7 +80,7 @@ pub fn to_ies(p: &Photometry) -> String {
         tidy(sign * o.along_c0_m),
         tidy(o.height_m)
     );
-    let _ = writeln!(text, "1 1 {}", p.power_W);
+    let _ = writeln!(text, "1 1 {}", p.power_w);
     numbers(&mut text, verticals);
     numbers(&mut text, horizontals);
     for h in 0..horizontals.len() {
@@ -151,7 +151,7 @@ pub fn to_eulumdat(p: &Photometry) -> Result<String> {
     lines.push(plain(p.label("COLOR").or_else(|| p.label("_COLOR")).unwrap_or("")));
     lines.push(plain(p.label("CRI").or_else(|| p.label("_CRI")).unwrap_or("")));
     let mut add = |values: &[f64]| lines.extend(values.iter().map(|v| tidy(*v).to_string()));
-    add(&[p.power_W]);
+    add(&[p.power_w]);
     // Direct ratios: not known.
     add(&[0.0; 10]);
     add(&planes_deg);

@@ -38,11 +38,18 @@ const PIXELS: f64 = 5.0;
 ///
 /// # Errors
 ///
-/// When the scene has daylight, mirrors or glass, needs too many patches, or has no finite solution.
+/// When the scene has daylight, luminaires, mirrors or glass, needs too many patches, or has no finite solution.
 pub(super) fn run(task: &Task<'_>, mut record: Record) -> Result<Measurement> {
     if task.world.daylight().is_some() {
         return Err(Error::unsupported(format!(
             "method {} knows no sky and no sun; the scene has [sky]",
+            record.method
+        ))
+        .mend("use the default method or path-tracing"));
+    }
+    if !task.world.emitters.luminaires.is_empty() {
+        return Err(Error::unsupported(format!(
+            "method {} takes light from emitting faces alone; the scene has [[luminaires]]",
             record.method
         ))
         .mend("use the default method or path-tracing"));
