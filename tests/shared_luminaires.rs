@@ -1,8 +1,16 @@
 //! Photometric files against lumens and candelas computed elsewhere, where those lie beside the source.
 
+mod common;
+
+use std::f64::consts::PI;
 use std::path::PathBuf;
 
 use clerestory::light::photometry::{Photometry, to_eulumdat, to_ies};
+use clerestory::measure::SensorResult;
+use clerestory::scene::{LuminaireRow, Scene};
+use clerestory::spectrum::Spectrum;
+use common::{Build, at, diffuse};
+use glam::{DMat3, DVec3};
 
 /// The folder of files; `None`, with a note, where it is not there.
 fn folder() -> Option<PathBuf> {
@@ -80,5 +88,201 @@ fn malformed_files_are_refused_with_file_line_and_mend() {
         let (_, after) = text.split_once(&row[0]).unwrap();
         let line: usize = after[1..].split(':').next().unwrap().parse().unwrap();
         assert!(error.is_input() && line > 0 && text.contains("mend:"), "{text}");
+    }
+}
+
+/// The cases of CIE 171 for electric light, by name.
+fn cases() -> Option<Vec<serde_json::Value>> {
+    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/validation-reference/cie171_electric.json");
+    let Ok(text) = std::fs::read_to_string(&path) else {
+        eprintln!("skipped: {} is not there", path.display());
+        return None;
+    };
+    let all: serde_json::Value = serde_json::from_str(&text).unwrap();
+    Some(all["cases"].as_array().unwrap().clone())
+}
+
+fn case<'a>(cases: &'a [serde_json::Value], name: &str) -> &'a serde_json::Value {
+    cases.iter().find(|c| c["test"] == name).unwrap()
+}
+
+fn vector(v: &serde_json::Value) -> DVec3 {
+    DVec3::from_array(std::array::from_fn(|k| v[k].as_f64().unwrap()))
+}
+
+/// A luminaire file of one plane: sizes as LM-63 has them (width, length, height, m).
+fn axial(sizes: &str, vertical: &[f64], candela: impl Fn(f64) -> f64) -> Vec<u8> {
+    let join = |list: Vec<f64>| list.iter().map(f64::to_string).collect::<Vec<_>>().join("\n");
+    format!(
+        "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 {} 1 1 2 {sizes}\n1 1 0\n{}\n0\n{}\n",
+        vertical.len(),
+        join(vertical.to_vec()),
+        join(vertical.iter().map(|v| candela(*v)).collect())
+    )
+    .into_bytes()
+}
+
+fn hung(bytes: Vec<u8>, position: DVec3) -> LuminaireRow {
+    LuminaireRow {
+        file: "lamp.ies".into(),
+        bytes,
+        positions: vec![position],
+        axes: DMat3::IDENTITY,
+        flux_lm: None,
+        factor: 1.0,
+        spectrum: Spectrum::constant(1.0),
+        line: 1,
+    }
+}
+
+/// Every point within 1 %, and within its stated error by both methods (a stated error of zero is that of exact light:
+/// then what the table and the place of a sensor above its floor leave, `exact`, counts).
+fn compare(name: &str, scene: &Scene, expected: &[f64], exact: f64) {
+    for options in [common::within(0.01), common::paths(50_000)] {
+        let m = common::solve(scene, &options);
+        let mut worst: f64 = 0.0;
+        for (s, e) in common::only(&m).iter().zip(expected) {
+            let off = (s.xyz[1] - e).abs();
+            worst = worst.max(off / e);
+            let stated = if options.paths.is_some() { 1.7 * s.error_lx } else { s.error_lx };
+            assert!(off <= 0.01 * e, "{name} at {}: {} ± {} lx, expected {e}", s.position, s.xyz[1], s.error_lx);
+            assert!(
+                off <= stated + exact * e,
+                "{name} at {}: {} ± {} lx, expected {e}",
+                s.position,
+                s.xyz[1],
+                s.error_lx
+            );
+        }
+        println!("{name} {:?}: worst {:.4} %", options.method, 100.0 * worst);
+    }
+}
+
+fn half_degrees() -> Vec<f64> {
+    (0..=180).map(|k| 0.5 * f64::from(k)).collect()
+}
+
+fn cosine(v: f64) -> f64 {
+    v.to_radians().cos().max(0.0)
+}
+
+#[test]
+fn point_area_and_disc_sources_of_cie_171_are_met() {
+    let Some(cases) = cases() else { return };
+    let sources: [(&str, Vec<u8>); 5] = [
+        ("5.2a", axial("0 0 0", &half_degrees(), |v| 1000.0 * cosine(v))),
+        ("5.2-isotropic", axial("0 0 0", &[0.0, 180.0], |_| 10_000.0 / (4.0 * PI))),
+        ("5.2-table", axial("0 0 0", &[0.0, 30.0, 60.0, 90.0], |v| [1000.0, 800.0, 250.0, 0.0][(v / 30.0) as usize])),
+        ("5.3", axial("1 1 0", &half_degrees(), |v| 1000.0 * cosine(v))),
+        ("5.3-disc", axial("-0.5 -0.5 0", &half_degrees(), |v| 5000.0 * PI * 0.0625 * cosine(v))),
+    ];
+    for (name, bytes) in sources {
+        let case = case(&cases, name);
+        let inputs = &case["inputs"];
+        let place = if name == "5.3" {
+            DVec3::new(2.0, 2.0, 3.0)
+        } else {
+            vector(if name == "5.3-disc" { &inputs["centre"] } else { &inputs["source"] })
+        };
+        let mut b = Build::new();
+        let black = b.material(diffuse("black", 0.0));
+        if name == "5.3" {
+            b.room(DVec3::ZERO, at(4.0, 4.0, 3.0), [black; 6]);
+        } else {
+            b.rectangle(at(-4.0, -4.0, 0.0), at(8.0, 0.0, 0.0), at(0.0, 8.0, 0.0), black);
+        }
+        let points = case["points"].as_array().unwrap();
+        let sensors: Vec<_> = points.iter().map(|p| (vector(&p["p"]), vector(&p["n"]))).collect();
+        let expected: Vec<f64> = points.iter().map(|p| p["E"].as_f64().unwrap()).collect();
+        b.points("points", &sensors);
+        b.0.luminaires.push(hung(bytes, place));
+        // Half a degree of table: 1e-5; a sensor 4e-6 of the scene above its floor: 4e-5 at 2.4 m. The disc has 48 corners:
+        // 2e-3 of its radius, at 5 cm from its edge 3e-3 of the light.
+        compare(name, &b.0, &expected, if name == "5.3-disc" { 4e-3 } else { 1e-4 });
+    }
+}
+
+/// Gauss's rule of eight points on each axis of each face of a box from the origin: face, place, normal, area that it stands for.
+fn on_faces(size: DVec3) -> Vec<(usize, DVec3, DVec3, f64)> {
+    let rule = [
+        (0.019_855_072, 0.050_614_268),
+        (0.101_666_761, 0.111_190_517),
+        (0.237_233_795, 0.156_853_323),
+        (0.408_282_679, 0.181_341_892),
+    ];
+    let rule: Vec<(f64, f64)> = rule.iter().flat_map(|(x, w)| [(*x, *w), (1.0 - x, *w)]).collect();
+    let mut all = Vec::new();
+    for axis in 0..3 {
+        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+        for high in [false, true] {
+            for (a, wa) in &rule {
+                for (b, wb) in &rule {
+                    let mut p = DVec3::ZERO;
+                    p[axis] = if high { size[axis] } else { 0.0 };
+                    p[u] = a * size[u];
+                    p[v] = b * size[v];
+                    let normal = DVec3::AXES[axis] * if high { -1.0 } else { 1.0 };
+                    all.push((2 * axis + usize::from(high), p, normal, wa * wb * size[u] * size[v]));
+                }
+            }
+        }
+    }
+    all
+}
+
+fn closed_box(size: DVec3, rho: f64, position: DVec3) -> (Build, Vec<(usize, DVec3, DVec3, f64)>) {
+    let mut b = Build::new();
+    let wall = b.material(diffuse("wall", rho));
+    b.room(DVec3::ZERO, size, [wall; 6]);
+    let places = on_faces(size);
+    b.points("faces", &places.iter().map(|(_, p, n, _)| (*p, *n)).collect::<Vec<_>>());
+    b.0.luminaires.push(hung(axial("0 0 0", &[0.0, 180.0], |_| 10_000.0 / (4.0 * PI)), position));
+    (b, places)
+}
+
+#[test]
+fn flux_on_every_surface_of_cie_171_5_4_is_met() {
+    let Some(cases) = cases() else { return };
+    let (b, places) = closed_box(at(4.0, 4.0, 3.0), 0.0, at(2.0, 2.0, 1.5));
+    let m = common::solve(&b.0, &common::within(0.01));
+    let mut shares = [0.0; 6];
+    for (s, (face, _, _, area)) in common::only(&m).iter().zip(&places) {
+        shares[*face] += s.xyz[1] * area / 10_000.0;
+    }
+    let expected = case(&cases, "5.4")["points"].as_array().unwrap();
+    for (share, e) in shares.iter().zip(expected) {
+        let e = e["flux_fraction"].as_f64().unwrap();
+        assert!((share / e - 1.0).abs() < 1e-3, "{}: {share}", e);
+    }
+    let sum: f64 = shares.iter().sum();
+    println!("5.4: sum {sum:.6}");
+    assert!((sum - 1.0).abs() < 1e-3, "{sum}");
+}
+
+#[test]
+fn interreflection_of_cie_171_5_8_is_met() {
+    let Some(cases) = cases() else { return };
+    for point in case(&cases, "5.8")["points"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter(|p| [0.0, 0.3, 0.7, 0.9].map(Some).contains(&p["rho"].as_f64()))
+    {
+        let (b, places) = closed_box(DVec3::splat(4.0), point["rho"].as_f64().unwrap(), DVec3::splat(2.0));
+        let m = common::solve(&b.0, &common::within(0.01));
+        let mean = |f: &dyn Fn(&SensorResult) -> f64| {
+            common::only(&m).iter().zip(&places).map(|(s, p)| f(s) * p.3).sum::<f64>() / 96.0
+        };
+        let (total, error) = (mean(&|s| s.xyz[1]), mean(&|s| s.error_lx));
+        let expected = point["mean_total"].as_f64().unwrap();
+        println!(
+            "5.8 rho {}: {total:.3} ± {error:.3} lx, expected {expected:.3}: {:.4} %",
+            point["rho"],
+            100.0 * (total / expected - 1.0)
+        );
+        assert!(
+            (total / expected - 1.0).abs() < 0.01 && (total - expected).abs() < error + 1e-3 * expected,
+            "{total} {expected}"
+        );
     }
 }

@@ -7,14 +7,17 @@ use serde_json::json;
 
 use super::{CheckArgs, print};
 use crate::Result;
-use crate::light::Daylight;
+use crate::light::{Daylight, Luminaires};
 use crate::scene::{self, Diagnostic, Scene, Severity};
 
 /// Reads, checks, and says what was found. Errors among the findings are exit code 2.
 pub(super) fn run(args: &CheckArgs) -> Result<ExitCode> {
     let scene = scene::load(&args.scene)?;
     Daylight::new(&scene)?;
-    let found = scene::check(&scene);
+    let mut found = scene::check(&scene);
+    let luminaires = Luminaires::new(&scene)?;
+    let warning = |what: &String| Diagnostic { severity: Severity::Warning, what: what.clone(), mend: String::new() };
+    found.extend(luminaires.warnings.iter().map(warning));
     print(&if args.json { json(&scene, &found) } else { text(&scene, &found) })?;
     let bad = found.iter().any(|d| d.severity == Severity::Error);
     Ok(if bad { ExitCode::from(2) } else { ExitCode::SUCCESS })

@@ -22,6 +22,10 @@ const MAX_BLOCKERS: usize = 48;
 /// draw.
 const SMALL: f64 = 0.25;
 const MINOR: f64 = 0.02;
+/// From so many luminaires on, those that could give less than this share of the light of all take part in a draw at one of
+/// many points.
+const MANY_LUMINAIRES: usize = 6;
+const MAJOR: f64 = 0.15;
 /// Surfaces that together hide a lamp, at most, where more than that stand in the way.
 const MAX_LOOKS: usize = 8;
 /// Visible share of a lamp that is rounding.
@@ -45,6 +49,8 @@ pub struct DirectScratch {
     every: Vec<usize>,
     /// Emitters of which one is drawn for each set of places: number, and light of it and of all before it.
     minor: Vec<(usize, f64)>,
+    /// What each luminaire could give at a point.
+    draw: Vec<f64>,
     /// Places of a set.
     places: usize,
     /// Shadow rays cast.
@@ -133,7 +139,8 @@ pub fn direct(world: &World, x: DVec3, normal: DVec3, sample: u64, scratch: &mut
     direct_parts(world, (x, normal), sample, true, scratch, out);
 }
 
-/// The same, with or without the light of sky and ground, which takes longest.
+/// The same, with or without the light of sky and ground, which takes longest; without it, at one of many points, not every
+/// luminaire is looked at.
 pub fn direct_parts(
     world: &World,
     (x, normal): (DVec3, DVec3),
@@ -142,10 +149,41 @@ pub fn direct_parts(
     scratch: &mut DirectScratch,
     out: &mut [f64],
 ) {
-    for k in 0..sources(world) {
+    let hung = world.emitters.luminaires.len();
+    let all = if !diffuse && hung >= MANY_LUMINAIRES { world.emitters.list.len() } else { sources(world) };
+    for k in 0..all {
         add_source(world, k, (x, normal), 1.0, sample, scratch, out);
     }
+    if all < sources(world) {
+        add_hung_by_chance(world, (x, normal), sample, scratch, out);
+    }
     add_daylight(world, (x, normal), sample, diffuse, scratch, out);
+}
+
+/// Light of luminaires at one of many points: those that could give much are looked at, of the others one is drawn.
+fn add_hung_by_chance(world: &World, at: (DVec3, DVec3), sample: u64, scratch: &mut DirectScratch, out: &mut [f64]) {
+    let first = world.emitters.list.len();
+    let mut draw = std::mem::take(&mut scratch.draw);
+    draw.clear();
+    draw.extend(world.emitters.luminaires.iter().map(|l| l.rough(at.0, at.1)));
+    let major = MAJOR * draw.iter().sum::<f64>();
+    let mut minor = 0.0;
+    for (k, light) in draw.iter_mut().enumerate() {
+        if *light >= major && *light > 0.0 {
+            *light = 0.0;
+            add_source(world, first + k, at, 1.0, sample, scratch, out);
+        }
+        minor += *light;
+    }
+    let mut want = minor * Points::new(sample).get(0, 2);
+    let chosen = draw.iter().position(|light| {
+        want -= *light;
+        want < 0.0
+    });
+    if let Some(k) = chosen {
+        add_source(world, first + k, at, minor / draw[k], sample, scratch, out);
+    }
+    scratch.draw = draw;
 }
 
 /// What gives light that is looked at by itself.
