@@ -64,8 +64,12 @@ const LAMP: f64 = 16.0;
 /// ... and has this share of the least luminance of the scene's emitters, for panes and bands take some.
 const LAMP_SHARE: f64 = 0.5;
 
-/// Luminance of the dimmest emitter, cd/m²; infinite where nothing emits.
+/// Luminance of the dimmest emitter, cd/m²; infinite where nothing emits, zero where luminaires do: theirs changes with the
+/// direction.
 fn least_lamp(scene: &Scene) -> f64 {
+    if !scene.luminaires.is_empty() {
+        return 0.0;
+    }
     let emissions = scene.materials.iter().filter_map(|m| m.emission.as_ref());
     emissions.map(|e| e.radiance.luminous()).filter(|&l| l > 0.0).fold(f64::INFINITY, f64::min)
 }
