@@ -20,7 +20,9 @@ mod visible;
 mod world;
 
 pub use chain::{Fork, Landing, Tint, follow};
-pub use daylight::{DAYLIGHT_GROUPS, GROUND, SKY, SUN, sun_direction, transmittance_out};
+pub use daylight::{
+    DAYLIGHT_GROUPS, GROUND, SKY, SUN, sun_direction, sun_factor, transmittance_out, visible_directions,
+};
 pub use direct::{DirectScratch, direct, direct_at_place, direct_parts, transmittance_to, visible_factor};
 pub use glass::Pane;
 pub use optics::{LightPart, Optics};
