@@ -87,13 +87,22 @@ impl Receiver for Totals<'_> {
 /// Directions in which a point sees sky or ground, none of them standing for more than `width` radians across.
 struct Directions<'a> {
     width: f64,
+    count: u64,
     visit: &'a mut dyn FnMut(DVec3, f64),
 }
 
 impl Receiver for Directions<'_> {
     fn piece(&mut self, eye: &Eye<'_>, piece: &Piece, _: usize) {
-        eye.points(&piece.polygon, self.width, &mut |direction, weight| {
-            (self.visit)(direction, weight * eye.passed(piece.panes(), direction));
+        eye.points(&piece.polygon, self.width, &mut |[a, b, c], weight| {
+            // Anywhere in the triangle: on the whole, as much falls to each side of a border as lies there.
+            self.count += 1;
+            let chance = seed(&[eye.sample, self.count]);
+            let (u, v) = (unit(chance >> 32), unit(chance & 0xFFFF_FFFF));
+            let root = u.sqrt();
+            let direction = (a * (1.0 - root) + b * (root * (1.0 - v)) + c * (root * v)).normalize();
+            let panes = piece.panes();
+            let left = if panes.is_empty() { 1.0 } else { eye.passed(panes, direction) };
+            (self.visit)(direction, weight * left);
         });
     }
 
@@ -141,7 +150,7 @@ pub fn visible_directions(
     scratch: &mut super::DirectScratch,
     visit: &mut dyn FnMut(DVec3, f64),
 ) -> u64 {
-    Eye { world, x, normal, sample }.look((true, true), &mut scratch.sky, &mut Directions { width, visit })
+    Eye { world, x, normal, sample }.look((true, true), &mut scratch.sky, &mut Directions { width, count: 0, visit })
 }
 
 /// Share of the sun's disc about `direction` that a point sees, times its cosine and what panes leave: irradiance per unit
@@ -259,7 +268,8 @@ impl Eye<'_> {
         }
         let Some(limit) = limit else {
             let mut sum = 0.0;
-            self.points(&piece.polygon, ELEMENT_WIDTH, &mut |direction, weight| {
+            self.points(&piece.polygon, ELEMENT_WIDTH, &mut |[a, b, c], weight| {
+                let direction = (a + b + c).normalize();
                 sum += weight * self.passed(piece.panes(), direction) * self.luminance(group, direction);
             });
             return sum;
@@ -284,8 +294,8 @@ impl Eye<'_> {
             .sum()
     }
 
-    /// Directions within a cone, finer than `width` radians, each with its projected solid angle, sr.
-    fn points(&self, polygon: &[DVec3], width: f64, visit: &mut dyn FnMut(DVec3, f64)) {
+    /// Divides a cone into spherical triangles finer than `width` radians, each with its projected solid angle, sr.
+    fn points(&self, polygon: &[DVec3], width: f64, visit: &mut impl FnMut([DVec3; 3], f64)) {
         let first = polygon[0].normalize();
         let least = width.cos();
         for e in polygon.windows(2).skip(1) {
@@ -294,7 +304,7 @@ impl Eye<'_> {
     }
 
     /// The same within a spherical triangle: its longest side is halved until it is short enough.
-    fn triangle(&self, [a, b, c]: [DVec3; 3], least: f64, visit: &mut dyn FnMut(DVec3, f64)) {
+    fn triangle(&self, [a, b, c]: [DVec3; 3], least: f64, visit: &mut impl FnMut([DVec3; 3], f64)) {
         let (ab, bc, ca) = (a.dot(b), b.dot(c), c.dot(a));
         if ab.min(bc).min(ca) < least {
             let (p, q, r) = if ab <= bc && ab <= ca {
@@ -309,10 +319,11 @@ impl Eye<'_> {
             self.triangle([middle, q, r], least, visit);
             return;
         }
-        // van Oosterom and Strackee 1983.
-        let solid_angle = 2.0 * a.dot(b.cross(c)).abs().atan2(1.0 + ab + bc + ca);
-        let direction = (a + b + c).normalize();
-        visit(direction, solid_angle * self.normal.dot(direction).max(0.0));
+        // tan Ω/2 by van Oosterom and Strackee 1983; small, so that two terms of the arc tangent are enough.
+        let half = a.dot(b.cross(c)).abs() / (1.0 + ab + bc + ca);
+        let solid_angle = 2.0 * half * (1.0 - half * half / 3.0);
+        let cosine = self.normal.dot(a + b + c).max(0.0) / (a + b + c).length();
+        visit([a, b, c], solid_angle * cosine);
     }
 
     /// A cell with too many blockers: well-spread rays.
@@ -370,6 +381,11 @@ impl Eye<'_> {
         *out += share / f64::from(SUN_RAYS) * configuration_factor(&polygon, self.normal) / face_on;
         rays
     }
+}
+
+/// A whole number below 2^32 as a share of one.
+fn unit(number: u64) -> f64 {
+    number as f64 / 4_294_967_296.0
 }
 
 /// A direction to the sun's disc from a point of the unit square.

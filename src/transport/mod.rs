@@ -27,5 +27,5 @@ pub use direct::{DirectScratch, direct, direct_at_place, direct_parts, transmitt
 pub use glass::Pane;
 pub use optics::{LightPart, Optics};
 pub use portals::{chance_weight, through_panes};
-pub use rows::{Replica, RowSettings, Rows, Target};
+pub use rows::{Mirrored, Replica, RowSettings, Rows, Target};
 pub use world::{Kind, World, cosine_direction};
