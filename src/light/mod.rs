@@ -13,6 +13,7 @@ pub mod sun;
 pub mod weather;
 
 pub use daylight::Daylight;
+pub(crate) use daylight::site_of;
 pub use emitters::{Emitter, Emitters};
 pub use lambert::{above_plane, configuration_factor};
 pub use luminaires::{Luminaire, Luminaires, LuminousFace, Shape};

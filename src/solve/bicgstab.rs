@@ -9,7 +9,8 @@ use crate::transport::{Optics, Rows, World};
 
 /// Bands in a block.
 pub const LANES: usize = 8;
-type Lanes = [f64; LANES];
+/// Values of the right-hand sides that are solved abreast.
+pub type Lanes = [f64; LANES];
 const MAX_STEPS: usize = 200;
 
 /// One block of bands of one replica.
@@ -68,7 +69,8 @@ impl Block<'_> {
         } else {
             rho.iter().zip(&direct).map(|(r, d)| std::array::from_fn(|l| r[l] * d[l])).collect()
         };
-        let (radiosity, products, residual) = self.stabilised(&rho, &source, &tints, accuracy);
+        let system = System { exchange: self.exchange, rho: &rho, tints: &tints };
+        let (radiosity, products, residual) = system.solve(&source, accuracy);
         let mut result = BlockResult {
             radiosity: radiosity.iter().map(|b| b.map(|x| x as f32)).collect(),
             absorbed: [0.0; LANES],
@@ -109,79 +111,14 @@ impl Block<'_> {
             })
             .collect();
         let per_ray = 1.0 / self.rows.rays as f64;
-        for (i, group, weight, tint) in &replica.mirrored {
-            let (d, m) = (&mut direct[*i as usize], &exitance[*group as usize]);
+        for seen in &replica.mirrored {
+            let (d, m) = (&mut direct[seen.element as usize], &exitance[seen.group as usize]);
+            let share = per_ray * f64::from(seen.share * seen.weight);
             for l in 0..LANES {
-                d[l] += per_ray * f64::from(*weight) * tints[*tint as usize][l] * m[l];
+                d[l] += share * tints[seen.tint as usize][l] * m[l];
             }
         }
         direct
-    }
-
-    /// `out = x − ρ F x`.
-    fn apply(&self, rho: &[Lanes], tints: &[Lanes], x: &[Lanes], out: &mut [Lanes]) {
-        self.exchange.product(x, tints, out);
-        for ((o, x), r) in out.iter_mut().zip(x).zip(rho) {
-            for l in 0..LANES {
-                o[l] = x[l] - r[l] * o[l];
-            }
-        }
-    }
-
-    fn stabilised(&self, rho: &[Lanes], source: &[Lanes], tints: &[Lanes], accuracy: f64) -> (Vec<Lanes>, usize, f64) {
-        let n = source.len();
-        let mut x = source.to_vec(); // direct light reflected once: a better start than nothing
-        let mut r = vec![[0.0; LANES]; n];
-        self.apply(rho, tints, &x, &mut r);
-        for (r, s) in r.iter_mut().zip(source) {
-            *r = std::array::from_fn(|l| s[l] - r[l]);
-        }
-        let shadow = r.clone();
-        let (mut p, mut v, mut t) = (r.clone(), vec![[0.0; LANES]; n], vec![[0.0; LANES]; n]);
-        let whole = dot(source, source);
-        let mut rr = dot(&r, &r);
-        let mut along = rr;
-        let mut products = 1;
-        let relative = |rr: &Lanes| (0..LANES).map(|l| ratio(rr[l], whole[l]).sqrt()).fold(0.0, f64::max);
-        for _ in 0..MAX_STEPS {
-            if relative(&rr) <= accuracy {
-                break;
-            }
-            self.apply(rho, tints, &p, &mut v);
-            let shadow_v = dot(&shadow, &v);
-            let alpha: Lanes = std::array::from_fn(|l| ratio(along[l], shadow_v[l]));
-            for i in 0..n {
-                for l in 0..LANES {
-                    x[i][l] += alpha[l] * p[i][l];
-                    r[i][l] -= alpha[l] * v[i][l];
-                }
-            }
-            products += 1;
-            if relative(&dot(&r, &r)) <= accuracy {
-                rr = dot(&r, &r);
-                break;
-            }
-            self.apply(rho, tints, &r, &mut t);
-            products += 1;
-            let (tr, tt) = (dot(&t, &r), dot(&t, &t));
-            let omega: Lanes = std::array::from_fn(|l| ratio(tr[l], tt[l]));
-            for i in 0..n {
-                for l in 0..LANES {
-                    x[i][l] += omega[l] * r[i][l];
-                    r[i][l] -= omega[l] * t[i][l];
-                }
-            }
-            let next = dot(&shadow, &r);
-            let beta: Lanes = std::array::from_fn(|l| ratio(next[l], along[l]) * ratio(alpha[l], omega[l]));
-            for i in 0..n {
-                for l in 0..LANES {
-                    p[i][l] = r[i][l] + beta[l] * (p[i][l] - omega[l] * v[i][l]);
-                }
-            }
-            along = next;
-            rr = dot(&r, &r);
-        }
-        (x, products, relative(&rr))
     }
 
     /// Sums what is absorbed and what escapes, each on its own.
@@ -206,6 +143,84 @@ impl Block<'_> {
                 }
             }
         }
+    }
+}
+
+/// `(I − ρF) B = s` for eight right-hand sides abreast.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct System<'a> {
+    pub(super) exchange: &'a Exchange,
+    pub(super) rho: &'a [Lanes],
+    pub(super) tints: &'a [Lanes],
+}
+
+impl System<'_> {
+    /// `out = x − ρ F x`.
+    fn apply(&self, x: &[Lanes], out: &mut [Lanes]) {
+        self.exchange.product(x, self.tints, out);
+        for ((o, x), r) in out.iter_mut().zip(x).zip(self.rho) {
+            for l in 0..LANES {
+                o[l] = x[l] - r[l] * o[l];
+            }
+        }
+    }
+
+    /// Radiosities for a source of reflected direct light, to a relative residual of `accuracy` in every lane; products
+    /// needed, and the residual.
+    pub(super) fn solve(&self, source: &[Lanes], accuracy: f64) -> (Vec<Lanes>, usize, f64) {
+        let n = source.len();
+        let mut x = source.to_vec(); // direct light reflected once: a better start than nothing
+        let mut r = vec![[0.0; LANES]; n];
+        self.apply(&x, &mut r);
+        for (r, s) in r.iter_mut().zip(source) {
+            *r = std::array::from_fn(|l| s[l] - r[l]);
+        }
+        let shadow = r.clone();
+        let (mut p, mut v, mut t) = (r.clone(), vec![[0.0; LANES]; n], vec![[0.0; LANES]; n]);
+        let whole = dot(source, source);
+        let mut rr = dot(&r, &r);
+        let mut along = rr;
+        let mut products = 1;
+        let relative = |rr: &Lanes| (0..LANES).map(|l| ratio(rr[l], whole[l]).sqrt()).fold(0.0, f64::max);
+        for _ in 0..MAX_STEPS {
+            if relative(&rr) <= accuracy {
+                break;
+            }
+            self.apply(&p, &mut v);
+            let shadow_v = dot(&shadow, &v);
+            let alpha: Lanes = std::array::from_fn(|l| ratio(along[l], shadow_v[l]));
+            for i in 0..n {
+                for l in 0..LANES {
+                    x[i][l] += alpha[l] * p[i][l];
+                    r[i][l] -= alpha[l] * v[i][l];
+                }
+            }
+            products += 1;
+            if relative(&dot(&r, &r)) <= accuracy {
+                rr = dot(&r, &r);
+                break;
+            }
+            self.apply(&r, &mut t);
+            products += 1;
+            let (tr, tt) = (dot(&t, &r), dot(&t, &t));
+            let omega: Lanes = std::array::from_fn(|l| ratio(tr[l], tt[l]));
+            for i in 0..n {
+                for l in 0..LANES {
+                    x[i][l] += omega[l] * r[i][l];
+                    r[i][l] -= omega[l] * t[i][l];
+                }
+            }
+            let next = dot(&shadow, &r);
+            let beta: Lanes = std::array::from_fn(|l| ratio(next[l], along[l]) * ratio(alpha[l], omega[l]));
+            for i in 0..n {
+                for l in 0..LANES {
+                    p[i][l] = r[i][l] + beta[l] * (p[i][l] - omega[l] * v[i][l]);
+                }
+            }
+            along = next;
+            rr = dot(&r, &r);
+        }
+        (x, products, relative(&rr))
     }
 }
 

@@ -29,11 +29,13 @@ const MAX_DEPTH: u32 = 4;
 /// Rays in a cell that is still too full, and over the sun's disc.
 const CELL_RAYS: u32 = 8;
 const SUN_RAYS: u32 = 64;
-/// Relative difference of two rules at which a triangle is not divided further: for elements, of which many are averaged,
-/// and for points that are reported at a tolerance of 1 %. It falls with the square of the tolerance: the finer rule errs
-/// by its power 1.5 or more.
-const QUADRATURE: f64 = 0.02;
+/// Relative difference of two rules at which a triangle is not divided further, for points that are reported at a
+/// tolerance of 1 %. It falls with the square of the tolerance: the finer rule errs by its power 1.5 or more.
 const FINE_QUADRATURE: f64 = 0.001;
+const QUADRATURE: f64 = 0.02;
+/// Widest triangle that is read at its middle alone, radians: for elements, of which many are averaged. The rule errs by
+/// about a twenty-fourth of the square of it, times the curvature of luminance and transmittance.
+const ELEMENT_WIDTH: f64 = 0.25;
 /// Cosine between corners of a triangle that is divided in any case: seven points are too few for so wide a view.
 const WIDE: f64 = 0.8;
 const QUADRATURE_DEPTH: u32 = 7;
@@ -46,7 +48,7 @@ pub(super) struct SkyScratch {
     planes: Vec<DVec3>,
     cover: Vec<DVec3>,
     cut: Vec<DVec3>,
-    /// Where triangles are not divided further; elements' limit where none is set.
+    /// Where triangles are not divided further; `None` for elements.
     limit: Option<f64>,
 }
 
@@ -55,6 +57,57 @@ impl SkyScratch {
     pub(super) fn for_tolerance(tolerance: f64) -> Self {
         let limit = (FINE_QUADRATURE * (tolerance / 0.01).powi(2)).clamp(1e-5, QUADRATURE);
         Self { limit: Some(limit), ..Self::default() }
+    }
+}
+
+/// What becomes of the parts of sky and ground that a point sees.
+trait Receiver {
+    /// A piece that is seen whole.
+    fn piece(&mut self, eye: &Eye<'_>, piece: &Piece, group: usize);
+    /// A direction that chance chose: what is left of its light, and its share of the projected solid angle, sr.
+    fn ray(&mut self, eye: &Eye<'_>, direction: DVec3, left: f64, weight: f64, group: usize);
+}
+
+/// Sums of all light of sky and ground.
+struct Totals<'a> {
+    out: &'a mut [f64],
+    limit: Option<f64>,
+}
+
+impl Receiver for Totals<'_> {
+    fn piece(&mut self, eye: &Eye<'_>, piece: &Piece, group: usize) {
+        self.out[group] += eye.integrate(piece, group, self.limit);
+    }
+
+    fn ray(&mut self, eye: &Eye<'_>, direction: DVec3, left: f64, weight: f64, group: usize) {
+        self.out[group] += left * weight * eye.luminance(group, direction);
+    }
+}
+
+/// Directions in which a point sees sky or ground, none of them standing for more than `width` radians across.
+struct Directions<'a> {
+    width: f64,
+    count: u64,
+    visit: &'a mut dyn FnMut(DVec3, f64),
+}
+
+impl Receiver for Directions<'_> {
+    fn piece(&mut self, eye: &Eye<'_>, piece: &Piece, _: usize) {
+        eye.points(&piece.polygon, self.width, &mut |[a, b, c], weight| {
+            // Anywhere in the triangle: on the whole, as much falls to each side of a border as lies there.
+            self.count += 1;
+            let chance = seed(&[eye.sample, self.count]);
+            let (u, v) = (unit(chance >> 32), unit(chance & 0xFFFF_FFFF));
+            let root = u.sqrt();
+            let direction = (a * (1.0 - root) + b * (root * (1.0 - v)) + c * (root * v)).normalize();
+            let panes = piece.panes();
+            let left = if panes.is_empty() { 1.0 } else { eye.passed(panes, direction) };
+            (self.visit)(direction, weight * left);
+        });
+    }
+
+    fn ray(&mut self, _: &Eye<'_>, direction: DVec3, left: f64, weight: f64, _: usize) {
+        (self.visit)(direction, left * weight);
     }
 }
 
@@ -80,22 +133,38 @@ pub(super) fn daylight(
     let eye = Eye { world, x, normal, sample };
     let mut rays = 0;
     if parts == Parts::All {
-        for octant in 0..8u64 {
-            let sign = |bit: u64| if octant >> bit & 1 == 1 { -1.0 } else { 1.0 };
-            let below = sign(2) < 0.0;
-            if (below && light.ground_reflectance == 0.0) || (!below && light.sky.is_none()) {
-                continue;
-            }
-            let corners = [DVec3::X * sign(0), DVec3::Y * sign(1), DVec3::Z * sign(2)];
-            let mut polygon = Vec::with_capacity(4);
-            above_plane(&corners, normal, 0.0, &mut polygon);
-            if polygon.len() >= 3 {
-                let group = if below { GROUND } else { SKY };
-                rays += eye.cell(&polygon, group, 0, octant, s, &mut out[group]);
-            }
-        }
+        let wanted = (light.sky.is_some(), light.ground_reflectance > 0.0);
+        let limit = s.limit;
+        rays += eye.look(wanted, s, &mut Totals { out, limit });
     }
     rays + eye.sun(s, &mut out[SUN])
+}
+
+/// Tells `visit` the directions in which a point sees sky and ground, finer than `width` radians, each with its projected
+/// solid angle times what panes leave of it, sr. Returns rays that chance chose.
+pub fn visible_directions(
+    world: &World,
+    (x, normal): (DVec3, DVec3),
+    sample: u64,
+    width: f64,
+    scratch: &mut super::DirectScratch,
+    visit: &mut dyn FnMut(DVec3, f64),
+) -> u64 {
+    Eye { world, x, normal, sample }.look((true, true), &mut scratch.sky, &mut Directions { width, count: 0, visit })
+}
+
+/// Share of the sun's disc about `direction` that a point sees, times its cosine and what panes leave: irradiance per unit
+/// of the irradiance face on.
+pub fn sun_factor(
+    world: &World,
+    (x, normal): (DVec3, DVec3),
+    direction: DVec3,
+    sample: u64,
+    scratch: &mut super::DirectScratch,
+) -> f64 {
+    let mut out = 0.0;
+    scratch.rays += Eye { world, x, normal, sample }.sun_at(direction, &mut scratch.sky, &mut out);
+    out
 }
 
 /// Which of the three lights are wanted.
@@ -106,7 +175,33 @@ pub(super) enum Parts {
 }
 
 impl Eye<'_> {
-    fn cell(&self, polygon: &[DVec3], group: usize, depth: u32, path: u64, s: &mut SkyScratch, out: &mut f64) -> u64 {
+    /// Looks at sky and ground, as wanted, octant by octant.
+    fn look(&self, (sky, ground): (bool, bool), s: &mut SkyScratch, out: &mut impl Receiver) -> u64 {
+        let mut rays = 0;
+        for octant in 0..8u64 {
+            let sign = |bit: u64| if octant >> bit & 1 == 1 { -1.0 } else { 1.0 };
+            let below = sign(2) < 0.0;
+            if !(if below { ground } else { sky }) {
+                continue;
+            }
+            let corners = [DVec3::X * sign(0), DVec3::Y * sign(1), DVec3::Z * sign(2)];
+            let mut polygon = Vec::with_capacity(4);
+            above_plane(&corners, self.normal, 0.0, &mut polygon);
+            if polygon.len() >= 3 {
+                rays += self.cell(&polygon, if below { GROUND } else { SKY }, (0, octant), s, out);
+            }
+        }
+        rays
+    }
+
+    fn cell(
+        &self,
+        polygon: &[DVec3],
+        group: usize,
+        (depth, path): (u32, u64),
+        s: &mut SkyScratch,
+        out: &mut impl Receiver,
+    ) -> u64 {
         if self.is_covered(polygon, s) {
             return 0;
         }
@@ -120,10 +215,7 @@ impl Eye<'_> {
                 list[*b as usize].area.total_cmp(&list[*a as usize].area).then_with(|| a.cmp(b))
             });
             if s.visible.clip(self.world, self.x, (self.normal, 1e-9), polygon, s.blockers.iter().copied()) {
-                let limit = s.limit.unwrap_or(QUADRATURE);
-                for piece in &s.visible.pieces {
-                    *out += self.integrate(piece, group, limit);
-                }
+                s.visible.pieces.iter().for_each(|piece| out.piece(self, piece, group));
                 return 0;
             }
         }
@@ -132,7 +224,7 @@ impl Eye<'_> {
         }
         let mut rays = 0;
         for (k, part) in divide(polygon).iter().enumerate() {
-            rays += self.cell(part, group, depth + 1, path * 8 + k as u64 + 1, s, out);
+            rays += self.cell(part, group, (depth + 1, path * 8 + k as u64 + 1), s, out);
         }
         rays
     }
@@ -169,11 +261,19 @@ impl Eye<'_> {
         self.world.daylight().and_then(|d| d.sky).map_or(0.0, |sky| sky.luminance(direction))
     }
 
-    fn integrate(&self, piece: &Piece, group: usize, limit: f64) -> f64 {
+    fn integrate(&self, piece: &Piece, group: usize, limit: Option<f64>) -> f64 {
         let is_flat = group == GROUND || self.world.daylight().and_then(|d| d.sky).is_some_and(|s| s.is_uniform());
         if is_flat && piece.panes().is_empty() {
             return configuration_factor(&piece.polygon, self.normal);
         }
+        let Some(limit) = limit else {
+            let mut sum = 0.0;
+            self.points(&piece.polygon, ELEMENT_WIDTH, &mut |[a, b, c], weight| {
+                let direction = (a + b + c).normalize();
+                sum += weight * self.passed(piece.panes(), direction) * self.luminance(group, direction);
+            });
+            return sum;
+        };
         let f = |p: DVec3| {
             let squared = p.length_squared();
             let length = squared.sqrt();
@@ -194,10 +294,41 @@ impl Eye<'_> {
             .sum()
     }
 
+    /// Divides a cone into spherical triangles finer than `width` radians, each with its projected solid angle, sr.
+    fn points(&self, polygon: &[DVec3], width: f64, visit: &mut impl FnMut([DVec3; 3], f64)) {
+        let first = polygon[0].normalize();
+        let least = width.cos();
+        for e in polygon.windows(2).skip(1) {
+            self.triangle([first, e[0].normalize(), e[1].normalize()], least, visit);
+        }
+    }
+
+    /// The same within a spherical triangle: its longest side is halved until it is short enough.
+    fn triangle(&self, [a, b, c]: [DVec3; 3], least: f64, visit: &mut impl FnMut([DVec3; 3], f64)) {
+        let (ab, bc, ca) = (a.dot(b), b.dot(c), c.dot(a));
+        if ab.min(bc).min(ca) < least {
+            let (p, q, r) = if ab <= bc && ab <= ca {
+                (a, b, c)
+            } else if bc <= ca {
+                (b, c, a)
+            } else {
+                (c, a, b)
+            };
+            let middle = (p + q).normalize();
+            self.triangle([p, middle, r], least, visit);
+            self.triangle([middle, q, r], least, visit);
+            return;
+        }
+        // tan Ω/2 by van Oosterom and Strackee 1983; small, so that two terms of the arc tangent are enough.
+        let half = a.dot(b.cross(c)).abs() / (1.0 + ab + bc + ca);
+        let solid_angle = 2.0 * half * (1.0 - half * half / 3.0);
+        let cosine = self.normal.dot(a + b + c).max(0.0) / (a + b + c).length();
+        visit([a, b, c], solid_angle * cosine);
+    }
+
     /// A cell with too many blockers: well-spread rays.
-    fn sampled(&self, polygon: &[DVec3], group: usize, path: u64, out: &mut f64) -> u64 {
+    fn sampled(&self, polygon: &[DVec3], group: usize, path: u64, out: &mut impl Receiver) -> u64 {
         let points = Points::new(seed(&[self.sample, path]));
-        let mut sum = 0.0;
         let mut rays = 0;
         let first = polygon[0];
         for e in polygon.windows(2).skip(1) {
@@ -209,15 +340,17 @@ impl Eye<'_> {
                 let (squared, direction) = (p.length_squared(), p.normalize());
                 let weight = 0.5 * volume * self.normal.dot(direction).max(0.0) / (squared * squared.sqrt());
                 let left = transmittance_out(self.world, self.x, direction, &mut rays);
-                sum += weight * left * self.luminance(group, direction) / f64::from(CELL_RAYS);
+                out.ray(self, direction, left, weight / f64::from(CELL_RAYS), group);
             }
         }
-        *out += sum;
         rays
     }
 
     fn sun(&self, s: &mut SkyScratch, out: &mut f64) -> u64 {
-        let Some(direction) = self.world.daylight().and_then(|d| d.sun) else { return 0 };
+        self.world.daylight().and_then(|d| d.sun).map_or(0, |direction| self.sun_at(direction, s, out))
+    }
+
+    fn sun_at(&self, direction: DVec3, s: &mut SkyScratch, out: &mut f64) -> u64 {
         let disc = sun::disc(direction);
         let face_on = configuration_factor(&disc, direction);
         let mut above = Vec::with_capacity(16);
@@ -248,6 +381,11 @@ impl Eye<'_> {
         *out += share / f64::from(SUN_RAYS) * configuration_factor(&polygon, self.normal) / face_on;
         rays
     }
+}
+
+/// A whole number below 2^32 as a share of one.
+fn unit(number: u64) -> f64 {
+    number as f64 / 4_294_967_296.0
 }
 
 /// A direction to the sun's disc from a point of the unit square.

@@ -44,7 +44,7 @@ pub struct DirectScratch {
     pub(super) planes: Vec<DVec3>,
     pub(super) blockers: Vec<u32>,
     pub(super) visible: Visible,
-    sky: SkyScratch,
+    pub(super) sky: SkyScratch,
     /// For each emitter, then each luminaire, at every how manyth place of the element at work it is looked at; 0 where none sees it.
     every: Vec<usize>,
     /// Emitters of which one is drawn for each set of places: number, and light of it and of all before it.

@@ -21,11 +21,13 @@ mod visible;
 mod world;
 
 pub use chain::{Fork, Landing, Tint, follow};
-pub use daylight::{DAYLIGHT_GROUPS, GROUND, SKY, SUN, sun_direction, transmittance_out};
+pub use daylight::{
+    DAYLIGHT_GROUPS, GROUND, SKY, SUN, sun_direction, sun_factor, transmittance_out, visible_directions,
+};
 pub use direct::{DirectScratch, direct, direct_at_place, direct_parts, transmittance_to, visible_factor};
 pub use glass::Pane;
 pub use hung::one_place_lx;
 pub use optics::{LightPart, Optics};
 pub use portals::{chance_weight, through_panes};
-pub use rows::{Replica, RowSettings, Rows, Target};
+pub use rows::{Mirrored, Replica, RowSettings, Rows, Target};
 pub use world::{Kind, World, cosine_direction};
