@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use clerestory::light::Luminaires;
 use clerestory::light::photometry::{Opening, PhotometricType, Photometry, Web, to_ies};
 use clerestory::measure::{self, Measurement, Method, Silent, SolveOptions};
-use clerestory::scene::{LuminaireRow, Scene};
+use clerestory::scene::{LuminaireRow, Projection, Scene, View};
 use clerestory::spectrum::Spectrum;
 use common::{Build, at, diffuse, glass};
 use glam::{DMat3, DVec3};
@@ -16,9 +16,9 @@ use glam::{DMat3, DVec3};
 /// A luminaire file of type C by a formula of vertical and horizontal angle, degrees.
 fn file(opening: Opening, horizontal: &[f64], vertical: &[f64], candela: impl Fn(f64, f64) -> f64) -> Vec<u8> {
     let values = horizontal.iter().flat_map(|h| vertical.iter().map(|v| candela(*v, *h)).collect::<Vec<_>>()).collect();
-    let web = Web::new(PhotometricType::C, vertical.to_vec(), horizontal.to_vec(), values).unwrap();
-    let blank =
-        Photometry::parse(b"TILT=NONE\n1 -1 1 2 1 1 2 0 0 0\n1 1 0\n0 180\n0\n1 1\n", "x.ies".as_ref()).unwrap();
+    let web = Web::new(PhotometricType::C, vertical.to_vec(), horizontal.to_vec(), values).expect("a sound web");
+    let blank = Photometry::parse(b"TILT=NONE\n1 -1 1 2 1 1 2 0 0 0\n1 1 0\n0 180\n0\n1 1\n", "x.ies".as_ref())
+        .expect("a sound file");
     to_ies(&Photometry { web, opening, ..blank }).into_bytes()
 }
 
@@ -333,6 +333,29 @@ fn many_luminaires_are_the_sum_of_each_and_agree_with_paths() {
         );
     }
     assert!(covered >= 14, "{covered} of 16");
+}
+
+#[test]
+fn pictures_show_a_panel_with_its_luminance() {
+    // A Lambertian panel of 1 m² and 1000 cd has 1000 cd/m² from everywhere; the black room has none.
+    let mut b = cube(0.0);
+    b.0.views.push(View {
+        name: "up".into(),
+        position: at(2.0, 2.0, 1.0),
+        direction: DVec3::Z,
+        up: DVec3::Y,
+        projection: Projection::Perspective { horizontal: 1.5, vertical: 1.5 },
+        width: 9,
+        height: 9,
+    });
+    let bytes = file(square(1.0), &[0.0], &degrees(0.0, 90.0, 1.0), |v, _| 1000.0 * v.to_radians().cos().max(0.0));
+    hang(&mut b.0, bytes, at(2.0, 2.0, 4.0));
+    for options in [common::within(0.05), common::paths(32)] {
+        let m = common::solve(&b.0, &options);
+        let luminance = |pixel: usize| f64::from(m.views[0].xyz[pixel][1]);
+        assert!((luminance(40) / 1000.0 - 1.0).abs() < 1e-3, "{}", luminance(40));
+        assert_eq!(luminance(0), 0.0);
+    }
 }
 
 #[test]

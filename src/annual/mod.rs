@@ -11,8 +11,8 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 pub use climate::{CALENDAR_YEAR, Climate, Hour};
-use series::{Light, Luminances};
 pub use series::Series;
+use series::{Light, Luminances};
 
 use crate::error::{Error, Result};
 use crate::light::sun::Place;
@@ -150,7 +150,11 @@ fn describe(climate: &Climate, coefficients: &Coefficients, record: &mut Record)
     let setting = |name: &str, value: String, why: &str| Setting { name: name.into(), value, why: why.into() };
     record.settings.extend([
         setting("sky patches", coefficients.patches.sky().to_string(), "for reflected light; from the tolerance"),
-        setting("sky patches seen", coefficients.seen_patches.sky().to_string(), "for the sky that a sensor sees itself"),
+        setting(
+            "sky patches seen",
+            coefficients.seen_patches.sky().to_string(),
+            "for the sky that a sensor sees itself",
+        ),
         setting("hours with sun", format!("{} of {}", climate.hours.len(), climate.total), "from weather and place"),
         setting("calendar", CALENDAR_YEAR.to_string(), "for the sun's place; standard time, no summer time"),
     ]);

@@ -151,7 +151,8 @@ impl Light<'_> {
             .collect();
         let n = self.hours.len();
         let lit: Vec<usize> = (0..count).filter(|i| grid.status(*i) == Status::Ok).collect();
-        let by_hour: Vec<Vec<f32>> = (0..n).into_par_iter().with_min_len(64).map(|t| self.errors(&raw, &lit, t)).collect();
+        let by_hour: Vec<Vec<f32>> =
+            (0..n).into_par_iter().with_min_len(64).map(|t| self.errors(&raw, &lit, t)).collect();
         let mut series = Series {
             lux: Vec::with_capacity(count * n),
             error: vec![0.0; count * n],
@@ -202,8 +203,7 @@ impl Light<'_> {
             raw.variance[t] = variance as f32;
             raw.mesh[t] = (difference * difference - its_variance) as f32;
             let own: f32 = (0..SETS).map(|k| of_sun(k)[sun.own.0] * sun.own.1).sum();
-            let between: f32 =
-                (0..SETS).map(|k| sun.between.iter().map(|(p, l)| l * of_sun(k)[*p]).sum::<f32>()).sum();
+            let between: f32 = (0..SETS).map(|k| sun.between.iter().map(|(p, l)| l * of_sun(k)[*p]).sum::<f32>()).sum();
             raw.between[t] = (own - between).abs() / SETS as f32;
         }
         raw

@@ -5,11 +5,11 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use super::{AnnualArgs, cpu, print, progress};
+use crate::Result;
 use crate::annual::{self, AnnualOptions, Year};
 use crate::measure::SolveOptions;
 use crate::report;
 use crate::scene;
-use crate::Result;
 
 /// Reads, computes the year, writes, and says what came out.
 pub(super) fn run(args: &AnnualArgs) -> Result<ExitCode> {

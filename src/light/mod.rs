@@ -1,4 +1,4 @@
-//! All that emits: surfaces, the sky, the sun.
+//! All that emits: surfaces, luminaires, the sky, the sun.
 //!
 //! In: the scene and its surfaces. Out: [`Emitters`]. Surfaces of one material form a *group*: they share a
 //! spectrum, so that geometry is worked out once for all bands, and groups can be dimmed without a new solve.

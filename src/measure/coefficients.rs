@@ -315,13 +315,7 @@ impl Task<'_> {
     }
 
     /// Where the rays of a grid's sensors are read: the rays of the last round.
-    fn reads(
-        &self,
-        adapted: &Adapted,
-        g: usize,
-        patches: &Patches,
-        weights: &[Vec<f64>],
-    ) -> Vec<[Reads; REPLICAS]> {
+    fn reads(&self, adapted: &Adapted, g: usize, patches: &Patches, weights: &[Vec<f64>]) -> Vec<[Reads; REPLICAS]> {
         let field = Field {
             world: self.world,
             optics: self.optics,
@@ -404,10 +398,8 @@ impl Task<'_> {
         weights: &[Vec<f64>],
     ) -> Vec<[Vec<f32>; ESTIMATES]> {
         let width = patches.all();
-        let blocks: Vec<Vec<Lanes>> = (0..width.div_ceil(LANES))
-            .into_par_iter()
-            .map(|block| self.block(sides, reads, block, weights))
-            .collect();
+        let blocks: Vec<Vec<Lanes>> =
+            (0..width.div_ceil(LANES)).into_par_iter().map(|block| self.block(sides, reads, block, weights)).collect();
         weights
             .iter()
             .enumerate()

@@ -145,7 +145,7 @@ fn covered_luminaires(scene: &Scene, world: &World, tables: &[String]) -> Option
         let start = world.lift(l.start(direction, 0.5, 0.5).0, direction);
         let hit = world.caster.closest(&Ray::new(start, direction));
         let near = hit.surface != MISS && f64::from(hit.t) * world.surfaces.frame.size_m < COVER_M;
-        near.then(|| (l.table, hit))
+        near.then_some((l.table, hit))
     };
     let mut all = world.emitters.luminaires.iter().filter_map(|l| covered(&l));
     let (table, hit) = all.next()?;

@@ -34,7 +34,10 @@ fn npy<'a>(year: &'a Year, row: impl Fn(&'a GridYear, usize) -> &'a [f32]) -> Ve
     let mut header =
         format!("{{'descr': '<f4', 'fortran_order': False, 'shape': ({sensors}, {total}), }}").into_bytes();
     // Magic, version and length are ten bytes; the header ends at a multiple of 64 with a line feed.
-    header.resize((10 + header.len()).div_ceil(64) * 64 - 11 + if (10 + header.len()).is_multiple_of(64) { 64 } else { 0 }, b' ');
+    header.resize(
+        (10 + header.len()).div_ceil(64) * 64 - 11 + if (10 + header.len()).is_multiple_of(64) { 64 } else { 0 },
+        b' ',
+    );
     header.push(b'\n');
     let mut bytes = Vec::with_capacity(10 + header.len() + 4 * sensors * total);
     bytes.extend_from_slice(b"\x93NUMPY\x01\x00");

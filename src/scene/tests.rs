@@ -182,15 +182,50 @@ fn glass_cannot_pass_more_than_a_clear_pane() {
     assert!(error("[materials.wall]\nkind = \"glass\"\n").contains("has no `transmittance`"));
 }
 
+/// A scene with one table of luminaires.
+fn hung(keys: &str) -> String {
+    format!("{WALL}[[luminaires]]\nfile = \"a.obj\"\nposition_m = [1, 2, 3]\n{keys}")
+}
+
+#[test]
+fn luminaires_hang_in_rows_and_columns() {
+    let keys = "columns = 3\ncolumn_spacing_m = [2, 0, 0]\nrows = 2\nrow_spacing_m = [0, 1.5, 0]\nflux_lm = 500\n\
+                multiplier = 0.5\nmaintenance_factor = 0.8\nspectrum = 4000\n";
+    let s = scene_of(&hung(keys)).unwrap();
+    let row = &s.luminaires[0];
+    assert_eq!(row.positions.len(), 6);
+    assert_eq!(row.positions[5], DVec3::new(5.0, 3.5, 3.0));
+    assert_eq!((row.flux_lm, row.factor, row.line), (Some(500.0), 0.4, 7));
+    assert_eq!(s.inputs.last().unwrap().path, PathBuf::from("a.obj"), "its hash is kept");
+    // y up: the aim is down all the same, and the user's x is C0's.
+    let y_up = format!("{}{}", HEAD.replace("up = \"z\"", "up = \"y\""), hung(""));
+    let s = Folder::new(&[("a.obj", ROOM), ("s.toml", &y_up)]).load().unwrap();
+    assert_eq!(s.luminaires[0].positions, [DVec3::new(1.0, -3.0, 2.0)]);
+    assert_eq!((s.luminaires[0].axes.z_axis, s.luminaires[0].axes.x_axis), (DVec3::Z, DVec3::X));
+}
+
+#[test]
+fn luminaires_that_cannot_hang_name_line_and_mend() {
+    for (keys, want) in [
+        ("columns = 3\n", "s.toml:10: columns without column_spacing_m"),
+        ("row_spacing_m = [0, 1, 0]\n", "s.toml:10: row_spacing_m without rows"),
+        ("columns = 0\ncolumn_spacing_m = [1, 0, 0]\n", "s.toml:10: 0 luminaires, not 1 to 100000"),
+        ("aim = [0, 0, 0]\n", "s.toml:10: aim is zero"),
+        ("maintenance_factor = 1.2\n", "s.toml:10: maintenance_factor = 1.2 cannot be"),
+        ("flux_lm = -1\n", "s.toml:10: flux_lm = -1 cannot be"),
+        ("spectrum = \"D56\"\n", "s.toml:10: a luminaire: unknown illuminant `D56`"),
+        ("colour = 1\n", "unknown field `colour`"),
+    ] {
+        let e = error(&hung(keys));
+        assert!(e.contains(want), "{keys} gave {e}");
+    }
+    assert!(error(&hung("").replace("\"a.obj\"", "\"b.ies\"")).contains("s.toml:8: no such file: `b.ies`"));
+}
+
 #[test]
 fn what_is_not_built_is_refused_by_name() {
-    for (rest, want) in [(
-        "[materials.t]\nkind = \"translucent\"\n",
-        "s.toml:8: material \"t\": kind = \"translucent\" is not supported",
-    )] {
-        let e = error(&format!("{WALL}{rest}"));
-        assert!(e.contains(want), "{rest} gave {e}");
-    }
+    let e = error(&format!("{WALL}[materials.t]\nkind = \"translucent\"\n"));
+    assert!(e.contains("s.toml:8: material \"t\": kind = \"translucent\" is not supported"), "{e}");
 }
 
 #[test]
