@@ -23,7 +23,8 @@ fn folder() -> Option<PathBuf> {
 }
 
 fn rows(path: &PathBuf) -> Vec<csv::StringRecord> {
-    let rows: Vec<_> = csv::Reader::from_path(path).unwrap().into_records().map(Result::unwrap).collect();
+    let rows: Vec<_> =
+        csv::Reader::from_path(path).expect("the table is sound").into_records().map(Result::unwrap).collect();
     assert!(!rows.is_empty());
     rows
 }
@@ -98,16 +99,16 @@ fn cases() -> Option<Vec<serde_json::Value>> {
         eprintln!("skipped: {} is not there", path.display());
         return None;
     };
-    let all: serde_json::Value = serde_json::from_str(&text).unwrap();
-    Some(all["cases"].as_array().unwrap().clone())
+    let all: serde_json::Value = serde_json::from_str(&text).expect("the table is sound");
+    Some(all["cases"].as_array().expect("the table is sound").clone())
 }
 
 fn case<'a>(cases: &'a [serde_json::Value], name: &str) -> &'a serde_json::Value {
-    cases.iter().find(|c| c["test"] == name).unwrap()
+    cases.iter().find(|c| c["test"] == name).expect("the table is sound")
 }
 
 fn vector(v: &serde_json::Value) -> DVec3 {
-    DVec3::from_array(std::array::from_fn(|k| v[k].as_f64().unwrap()))
+    DVec3::from_array(std::array::from_fn(|k| v[k].as_f64().expect("the table is sound")))
 }
 
 /// A luminaire file of one plane: sizes as LM-63 has them (width, length, height, m).
