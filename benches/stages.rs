@@ -132,6 +132,7 @@ fn hall() -> Scene {
         views: Vec::new(),
         daytime: None,
         luminaires: Vec::new(),
+        observers: Vec::new(),
         axes: Axes::ZUp,
         inputs: Vec::new(),
         warnings: Vec::new(),

@@ -359,6 +359,34 @@ fn pictures_show_a_panel_with_its_luminance() {
 }
 
 #[test]
+fn glare_follows_the_formula_of_cie_117() {
+    // A panel of 0.6 m straight before the eye and 1.6 m above it: τ = 0, σ = atan(1.6/2).
+    let mut b = cube(0.5);
+    let eye = at(2.0, 0.5, 1.2);
+    b.points("eye", &[(eye, DVec3::Y), (eye, DVec3::NEG_Y)]);
+    b.0.observers = vec![0];
+    let candela = |v: f64, _: f64| 1000.0 * v.to_radians().cos().max(0.0);
+    hang(&mut b.0, file(square(0.6), &[0.0], &degrees(0.0, 90.0, 0.5), candela), at(2.0, 2.5, 2.8));
+    let m = solve(&b.0, 0.01);
+    let (g, s) = (&m.glare[0], &m.grids[0].sensors[0]);
+    let sigma = (1.6f64 / 2.0).atan().to_degrees();
+    let index = ((35.2 - 1.22) * 1e-3 * sigma + 21e-5 * sigma * sigma).exp();
+    let luminance = 1000.0 / 0.36;
+    // The solid angle by small areas: A cos θ/r² with the height over the eye the same everywhere.
+    let n = 200;
+    let place = |k: i32| (f64::from(k) + 0.5) * 0.6 / f64::from(n) - 0.3;
+    let solid_angle: f64 = (0..n * n)
+        .map(|k| at(2.0 + place(k % n), 2.5 + place(k / n), 2.8) - eye)
+        .map(|d| 1.6 / d.length().powi(3) * 0.36 / f64::from(n * n))
+        .sum();
+    let ugr = 8.0 * (0.25 * PI / s.reflected_lx * luminance * luminance * solid_angle / (index * index)).log10();
+    // 64 places give the solid angle to 1 %: 0.03.
+    assert!((g.ugr.unwrap_or(0.0) - ugr).abs() < 0.03, "{g:?} {ugr}");
+    assert!((g.background_cd_m2 - s.reflected_lx / PI).abs() < 1e-9);
+    assert_eq!(m.glare[1].ugr, None, "no luminaire before the eye");
+}
+
+#[test]
 fn classic_methods_refuse_luminaires_by_name() {
     let mut b = cube(0.5);
     b.level("level", at(0.2, 0.2, 1.0), at(3.8, 3.8, 1.0), 2);

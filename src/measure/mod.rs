@@ -9,6 +9,7 @@ mod camera;
 mod classic;
 mod coefficients;
 mod gather;
+mod glare;
 mod ledger;
 mod options;
 mod path_tracing;

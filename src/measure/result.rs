@@ -16,10 +16,27 @@ pub struct Measurement {
     pub views: Vec<ViewResult>,
     /// Horizontal illuminance in the open, lx, where a sky is the only light: what daylight factors refer to.
     pub outdoor_lx: Option<f64>,
+    /// Glare of luminaires, for the grids that ask for it.
+    pub glare: Vec<Glare>,
     /// Where the light went, per band.
     pub ledger: Ledger,
     /// What was chosen and why, for the user to read.
     pub record: Record,
+}
+
+/// Discomfort glare of luminaires for an eye at a sensor that looks along its normal.
+#[derive(Clone, Debug)]
+pub struct Glare {
+    /// Name of the grid.
+    pub grid: String,
+    /// Number of the sensor in it.
+    pub point: usize,
+    /// Luminance of the background: illuminance at the eye without that of lamps, over π, cd/m².
+    pub background_cd_m2: f64,
+    /// Unified glare rating (CIE 117); `None` where no luminaire shines into the eye, or the background is black.
+    pub ugr: Option<f64>,
+    /// Half-width of its 95 % interval, by the error of the background.
+    pub error: f64,
 }
 
 /// Illuminance at the points of a grid.

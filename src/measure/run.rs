@@ -12,7 +12,7 @@ use super::probe::hidden;
 use super::result::{
     BandValue, GridResult, Ledger, LeftOut, Measurement, Record, SensorResult, Setting, Status, ViewResult,
 };
-use super::{classic, ledger, path_tracing, view};
+use super::{classic, glare, ledger, path_tracing, view};
 use crate::error::{Error, Result};
 use crate::light::{Daylight, Emitter, Luminaire, Luminaires};
 use crate::scene::{MaterialKind, Scene};
@@ -207,7 +207,7 @@ fn by_radiosity(task: &Task<'_>, mut record: Record) -> Result<Measurement> {
     }
     describe(task, &adapted, &mut record);
     record.left_out.extend(omissions(task));
-    let grids = task
+    let grids: Vec<GridResult> = task
         .scene
         .grids
         .iter()
@@ -221,6 +221,7 @@ fn by_radiosity(task: &Task<'_>, mut record: Record) -> Result<Measurement> {
         .collect();
     Ok(Measurement {
         bands: task.optics.bands.clone(),
+        glare: glare::ratings(task, &grids),
         grids,
         views,
         outdoor_lx: outdoor_lx(task.world),
@@ -368,6 +369,7 @@ fn by_path_tracing(task: &Task<'_>, mut record: Record) -> Measurement {
     record.counts.extend([("rays".into(), rays), ("paths_per_sensor".into(), paths)]);
     Measurement {
         bands: task.optics.bands.clone(),
+        glare: glare::ratings(task, &grids),
         grids,
         views,
         outdoor_lx: outdoor_lx(task.world),

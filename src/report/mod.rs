@@ -92,6 +92,9 @@ pub fn write_all(
     if spectral && m.bands.is_spectral() {
         write("irradiance.csv", table::irradiance(m)?)?;
     }
+    if !m.glare.is_empty() {
+        write("glare.csv", table::glare(m)?)?;
+    }
     let mut names = file::Names::default();
     for grid in &m.grids {
         let stem = names.claim(&grid.name, &[""]);

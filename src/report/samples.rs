@@ -26,6 +26,7 @@ pub(super) fn scene() -> Scene {
         views: Vec::new(),
         daytime: None,
         luminaires: Vec::new(),
+        observers: Vec::new(),
         axes: Axes::ZUp,
         inputs: vec![InputFile { path: "office.obj".into(), sha256: "00ff".into() }],
         warnings: vec!["the scene says so".into()],
@@ -134,6 +135,7 @@ pub(super) fn measurement(mode: &BandMode) -> Measurement {
         bands,
         grids: vec![grid("workplane", 16, 24, [3.5, 5.5])],
         outdoor_lx: Some(10_000.0),
+        glare: Vec::new(),
         ledger: Ledger {
             emitted: vec![10.0; n],
             absorbed: vec![9.0; n],

@@ -47,6 +47,29 @@ const SUMMARY: [&str; 14] = [
 
 const IRRADIANCE: [&str; 6] = ["grid", "point", "band_lo_nm", "band_hi_nm", "irradiance_W_m2_nm", "error_W_m2_nm"];
 
+const GLARE: [&str; 5] = ["grid", "point", "background_cd_m2", "ugr", "ugr_error"];
+
+/// `glare.csv`: one line per eye; no rating where no luminaire shines into it.
+pub(super) fn glare(m: &Measurement) -> Result<Vec<u8>> {
+    let mut table = Table::new(&GLARE)?;
+    for g in &m.glare {
+        let field = |v: f64| {
+            let wrong = |e: NotFinite| format!("grid {:?}, point {}: a value is {}", g.grid, g.point, e.0);
+            number(v).map_err(|e| Error::new(ErrorKind::Internal, wrong(e)))
+        };
+        let rated = |v: f64| g.ugr.map_or(Ok(String::new()), |_| field(v));
+        let background = field(g.background_cd_m2)?;
+        table.line(&[
+            g.grid.clone(),
+            g.point.to_string(),
+            background,
+            rated(g.ugr.unwrap_or(0.0))?,
+            rated(g.error)?,
+        ])?;
+    }
+    table.finish()
+}
+
 /// `illuminance.csv`: one line per sensor, in the user's order and axes; points count from 0.
 pub(super) fn illuminance(scene: &Scene, m: &Measurement) -> Result<Vec<u8>> {
     let mut table = Table::new(&ILLUMINANCE)?;

@@ -312,6 +312,9 @@ pub(crate) struct GridDef {
     pub(crate) inset_m: Option<At<f64>>,
     /// File of points in Radiance's form: `x y z dx dy dz` on each line, metres.
     pub(crate) points: Option<At<String>>,
+    /// Rate the glare of luminaires (UGR) for eyes at the points that look along the normals.
+    #[serde(default)]
+    pub(crate) ugr: bool,
     /// Direction that the points face. u × v for `plane` and the face's normal for `on`, unless given.
     pub(crate) normal: Option<At<[f64; 3]>>,
 }

@@ -64,6 +64,7 @@ pub fn load(path: &Path) -> Result<Scene> {
         views,
         daytime,
         luminaires,
+        observers: (0..file.grids.len()).filter(|g| file.grids[*g].value.ugr).collect(),
         axes,
         inputs: files.inputs,
         warnings: files.warnings,

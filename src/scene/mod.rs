@@ -60,6 +60,8 @@ pub struct Scene {
     pub bands: BandMode,
     /// Where illuminance is asked.
     pub grids: Vec<Grid>,
+    /// Grids whose points are eyes for which glare is rated.
+    pub observers: Vec<usize>,
     /// Pictures asked for.
     pub views: Vec<View>,
     /// Sky, sun and ground, as asked for.

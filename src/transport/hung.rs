@@ -219,6 +219,33 @@ pub fn one_place_lx(
     light * transmittance_to(world, x, d, NONE, s) / world.surfaces.frame.area_m2()
 }
 
+/// Places of a luminaire that an eye looks at.
+const LOOKS: u32 = 64;
+
+/// A luminaire as an eye sees it: its luminance, cd/m², and the solid angle of what is seen of it, sr; `None` for points and
+/// lines, and where nothing of it shines here.
+#[must_use]
+pub fn luminaire_in_sight(world: &World, l: &Luminaire, eye: DVec3, s: &mut DirectScratch) -> Option<(f64, f64)> {
+    let towards = eye - l.position;
+    let area = l.projected_area(towards) / towards.length() * world.surfaces.frame.area_m2();
+    let luminance = if area > 0.0 { l.intensity(towards) / area } else { 0.0 };
+    if luminance <= 0.0 {
+        return None;
+    }
+    let points = Points::new(0);
+    let mut solid_angle = 0.0;
+    for k in 0..LOOKS {
+        let (a, b) = points.pair(k, 0);
+        let (place, Some(normal), all) = l.place(a, b) else { return None };
+        let d = place - eye;
+        let cosine = -normal.dot(d);
+        if cosine > 0.0 && transmittance_to(world, eye, d, NONE, s) > 0.0 {
+            solid_angle += all * cosine / (d.length().powi(3) * f64::from(LOOKS));
+        }
+    }
+    (solid_angle > 0.0).then_some((luminance, solid_angle))
+}
+
 impl World {
     /// What a ray sees of luminaires before `t_max`: the group, and π times the luminance per lumen's spectrum.
     #[must_use]

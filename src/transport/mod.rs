@@ -26,7 +26,7 @@ pub use daylight::{
 };
 pub use direct::{DirectScratch, direct, direct_at_place, direct_parts, transmittance_to, visible_factor};
 pub use glass::Pane;
-pub use hung::one_place_lx;
+pub use hung::{luminaire_in_sight, one_place_lx};
 pub use optics::{LightPart, Optics};
 pub use portals::{chance_weight, through_panes};
 pub use rows::{Mirrored, Replica, RowSettings, Rows, Target};

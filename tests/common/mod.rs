@@ -76,6 +76,7 @@ impl Build {
             views: Vec::new(),
             daytime: None,
             luminaires: Vec::new(),
+            observers: Vec::new(),
             axes: Axes::ZUp,
             inputs: Vec::new(),
             warnings: Vec::new(),
