@@ -152,13 +152,50 @@ pub enum MaterialKind {
         /// Specular reflectance.
         reflectance: SpectralValue,
     },
-    /// A thin clear pane: passes light straight on, Fresnel reflection at both faces.
+    /// A thin clear glazing unit: passes light straight on, reflects it at every face.
     Glass {
-        /// Measured transmittance at normal incidence (not transmissivity).
-        transmittance: SpectralValue,
-        /// Index of refraction.
+        /// Its panes.
+        panes: Panes,
+        /// Index of refraction of uncoated panes.
         refractive_index: f64,
     },
+}
+
+/// The panes of a glazing unit.
+#[derive(Clone, Debug)]
+pub enum Panes {
+    /// Equal uncoated panes.
+    Alike {
+        /// How many.
+        count: usize,
+        /// Measured transmittance of the whole unit at normal incidence (not transmissivity).
+        transmittance: SpectralValue,
+    },
+    /// Each by its own measured values, from the front of the face to its back.
+    Listed(Vec<GlassPane>),
+}
+
+impl Panes {
+    /// All spectral values that describe them.
+    #[must_use]
+    pub fn values(&self) -> Vec<&SpectralValue> {
+        match self {
+            Self::Alike { transmittance, .. } => vec![transmittance],
+            Self::Listed(list) => list
+                .iter()
+                .flat_map(|p| std::iter::once(&p.transmittance).chain(p.reflectance.iter().flatten()))
+                .collect(),
+        }
+    }
+}
+
+/// One pane of a glazing unit.
+#[derive(Clone, Debug)]
+pub struct GlassPane {
+    /// Measured transmittance at normal incidence.
+    pub transmittance: SpectralValue,
+    /// Measured reflectances of back and front at normal incidence; none for uncoated glass, whose index tells them.
+    pub reflectance: Option<[SpectralValue; 2]>,
 }
 
 /// Light of a surface's own, Lambertian.

@@ -108,6 +108,10 @@ impl Block<'_> {
                 d
             })
             .collect();
+        for (i, irradiance) in &replica.tinted {
+            let (d, irradiance) = (&mut direct[*i as usize], self.lanes(irradiance));
+            *d = std::array::from_fn(|l| d[l] + irradiance[l]);
+        }
         let per_ray = 1.0 / self.rows.rays as f64;
         for (i, group, weight, tint) in &replica.mirrored {
             let (d, m) = (&mut direct[*i as usize], &exitance[*group as usize]);

@@ -8,7 +8,11 @@
 use glam::DVec3;
 
 use super::caster::{MISS, Ray};
+use super::chain::Tint;
+use super::glass::Glazing;
+use super::optics::Optics;
 use super::points::{Points, seed};
+use super::specular::Speculars;
 use super::visible::{Piece, Visible, cone_planes};
 use super::world::{Kind, World};
 use crate::light::{above_plane, configuration_factor, sun};
@@ -48,6 +52,9 @@ pub(super) struct SkyScratch {
     cut: Vec<DVec3>,
     /// Where triangles are not divided further; elements' limit where none is set.
     limit: Option<f64>,
+    /// Mirrors and panes in the bands of the run, where any is coloured.
+    coloured: Option<Speculars>,
+    tint: Tint,
 }
 
 impl SkyScratch {
@@ -56,18 +63,42 @@ impl SkyScratch {
         let limit = (FINE_QUADRATURE * (tolerance / 0.01).powi(2)).clamp(1e-5, QUADRATURE);
         Self { limit: Some(limit), ..Self::default() }
     }
+
+    pub(super) fn in_bands(mut self, optics: &Optics) -> Self {
+        if optics.speculars.are_coloured() {
+            self.coloured = Some(optics.speculars.clone());
+            self.tint = Tint::new(optics.pad);
+        }
+        self
+    }
+}
+
+/// Adds light of a group of daylight that came through a tint: to the factor of the group, or band by band behind the
+/// factors of all (see [`Optics::columns`]). `out` begins with daylight's own groups.
+pub fn deposit(out: &mut [f64], group: usize, value: f64, tint: &Tint) {
+    if !tint.coloured {
+        out[group] += value * f64::from(tint.scale);
+        return;
+    }
+    let pad = tint.bands.len();
+    let from = DAYLIGHT_GROUPS + group * pad;
+    for (band, sum) in out[from..from + pad].iter_mut().enumerate() {
+        *sum += value * f64::from(tint.share(band));
+    }
 }
 
 /// What looks where: a point with its normal, and the seed of the rays it may need.
 struct Eye<'a> {
     world: &'a World,
+    speculars: &'a Speculars,
     x: DVec3,
     normal: DVec3,
     sample: u64,
 }
 
-/// Adds the factors of sky, ground and sun at a point to `out` (three numbers): irradiance per unit of the sky's
-/// horizontal irradiance, of the ground's exitance, of the sun's irradiance face on. Returns rays that chance chose.
+/// Adds the factors of sky, ground and sun at a point to `out` (three numbers, and what came by coloured panes, see
+/// [`deposit`]): irradiance per unit of the sky's horizontal irradiance, of the ground's exitance, of the sun's irradiance
+/// face on. Returns rays that chance chose.
 pub(super) fn daylight(
     world: &World,
     (x, normal): (DVec3, DVec3),
@@ -77,7 +108,8 @@ pub(super) fn daylight(
     out: &mut [f64],
 ) -> u64 {
     let Some(light) = world.daylight() else { return 0 };
-    let eye = Eye { world, x, normal, sample };
+    let coloured = s.coloured.take();
+    let eye = Eye { world, speculars: coloured.as_ref().unwrap_or(world.greys()), x, normal, sample };
     let mut rays = 0;
     if parts == Parts::All {
         for octant in 0..8u64 {
@@ -91,11 +123,13 @@ pub(super) fn daylight(
             above_plane(&corners, normal, 0.0, &mut polygon);
             if polygon.len() >= 3 {
                 let group = if below { GROUND } else { SKY };
-                rays += eye.cell(&polygon, group, 0, octant, s, &mut out[group]);
+                rays += eye.cell(&polygon, group, 0, octant, s, out);
             }
         }
     }
-    rays + eye.sun(s, &mut out[SUN])
+    rays += eye.sun(s, out);
+    s.coloured = coloured;
+    rays
 }
 
 /// Which of the three lights are wanted.
@@ -106,7 +140,7 @@ pub(super) enum Parts {
 }
 
 impl Eye<'_> {
-    fn cell(&self, polygon: &[DVec3], group: usize, depth: u32, path: u64, s: &mut SkyScratch, out: &mut f64) -> u64 {
+    fn cell(&self, polygon: &[DVec3], group: usize, depth: u32, path: u64, s: &mut SkyScratch, out: &mut [f64]) -> u64 {
         if self.is_covered(polygon, s) {
             return 0;
         }
@@ -122,13 +156,13 @@ impl Eye<'_> {
             if s.visible.clip(self.world, self.x, (self.normal, 1e-9), polygon, s.blockers.iter().copied()) {
                 let limit = s.limit.unwrap_or(QUADRATURE);
                 for piece in &s.visible.pieces {
-                    *out += self.integrate(piece, group, limit);
+                    self.integrate(piece, group, limit, &mut s.tint, out);
                 }
                 return 0;
             }
         }
         if depth == MAX_DEPTH {
-            return self.sampled(polygon, group, path, out);
+            return self.sampled(polygon, group, path, &mut s.tint, out);
         }
         let mut rays = 0;
         for (k, part) in divide(polygon).iter().enumerate() {
@@ -150,15 +184,33 @@ impl Eye<'_> {
         polygon.iter().all(|p| s.cover.iter().all(|n| n.dot(*p) >= -1e-12))
     }
 
-    /// Share of light left by the panes of a piece, in a direction.
+    /// What the panes of a piece leave of light in a direction; `each` is told of every pane and the cosine there.
+    fn at_panes(&self, panes: &[u32], direction: DVec3, mut each: impl FnMut(&Glazing, f64)) {
+        for p in panes {
+            let cosine = self.world.surfaces.list[*p as usize].normal.dot(direction).abs();
+            if let Some(pane) = self.speculars.pane(self.world, *p) {
+                each(pane, cosine);
+            }
+        }
+    }
+
+    /// Mean share left by the panes of a piece.
     fn passed(&self, panes: &[u32], direction: DVec3) -> f64 {
-        panes
-            .iter()
-            .map(|p| {
-                let cosine = self.world.surfaces.list[*p as usize].normal.dot(direction).abs();
-                self.world.pane(*p).map_or(0.0, |pane| pane.transmittance(cosine))
-            })
-            .product()
+        let mut left = 1.0;
+        self.at_panes(panes, direction, |pane, cosine| left *= pane.mean(cosine).passed);
+        left
+    }
+
+    /// Light through the panes of a piece.
+    fn enter(&self, panes: &[u32], direction: DVec3, (group, value): (usize, f64), tint: &mut Tint, out: &mut [f64]) {
+        tint.reset();
+        self.at_panes(panes, direction, |pane, cosine| tint.pass(pane, cosine));
+        deposit(out, group, value, tint);
+    }
+
+    /// Does a coloured pane stand before the piece that lets nothing by?
+    fn is_shut(&self, piece: &Piece) -> bool {
+        piece.panes().iter().any(|p| self.speculars.pane(self.world, *p).is_none())
     }
 
     /// Luminance of a direction per unit of its group.
@@ -169,35 +221,40 @@ impl Eye<'_> {
         self.world.daylight().and_then(|d| d.sky).map_or(0.0, |sky| sky.luminance(direction))
     }
 
-    fn integrate(&self, piece: &Piece, group: usize, limit: f64) -> f64 {
+    fn integrate(&self, piece: &Piece, group: usize, limit: f64, tint: &mut Tint, out: &mut [f64]) {
         let is_flat = group == GROUND || self.world.daylight().and_then(|d| d.sky).is_some_and(|s| s.is_uniform());
         if is_flat && piece.panes().is_empty() {
-            return configuration_factor(&piece.polygon, self.normal);
+            out[group] += configuration_factor(&piece.polygon, self.normal);
+            return;
         }
-        let f = |p: DVec3| {
+        if self.is_shut(piece) {
+            return;
+        }
+        let light = |p: DVec3| {
             let squared = p.length_squared();
             let length = squared.sqrt();
             let direction = p / length;
-            let light = self.luminance(group, direction) * self.passed(piece.panes(), direction);
-            light * self.normal.dot(direction).max(0.0) / (squared * length)
+            self.luminance(group, direction) * self.normal.dot(direction).max(0.0) / (squared * length)
         };
+        let is_grey = piece.panes().iter().all(|p| self.speculars.pane(self.world, *p).is_some_and(Glazing::is_grey));
+        let left = |p: DVec3| light(p) * self.passed(piece.panes(), p.normalize());
         let first = piece.polygon[0];
-        piece
-            .polygon
-            .windows(2)
-            .skip(1)
-            .map(|e| {
-                let triangle = [first, e[0], e[1]];
-                let volume = first.dot(e[0].cross(e[1])).abs();
-                volume * triangle_integral(&f, triangle, limit, QUADRATURE_DEPTH)
-            })
-            .sum()
+        for e in piece.polygon.windows(2).skip(1) {
+            let triangle = [first, e[0], e[1]];
+            let volume = first.dot(e[0].cross(e[1])).abs();
+            triangle_nodes(&left, triangle, (limit, QUADRATURE_DEPTH), 0.5 * volume, &mut |p, weight, value| {
+                if is_grey {
+                    out[group] += weight * value;
+                } else {
+                    self.enter(piece.panes(), p.normalize(), (group, weight * light(p)), tint, out);
+                }
+            });
+        }
     }
 
     /// A cell with too many blockers: well-spread rays.
-    fn sampled(&self, polygon: &[DVec3], group: usize, path: u64, out: &mut f64) -> u64 {
+    fn sampled(&self, polygon: &[DVec3], group: usize, path: u64, tint: &mut Tint, out: &mut [f64]) -> u64 {
         let points = Points::new(seed(&[self.sample, path]));
-        let mut sum = 0.0;
         let mut rays = 0;
         let first = polygon[0];
         for e in polygon.windows(2).skip(1) {
@@ -208,15 +265,16 @@ impl Eye<'_> {
                 let p = first + ((e[0] - first) * (1.0 - a) + (e[1] - first) * a) * root;
                 let (squared, direction) = (p.length_squared(), p.normalize());
                 let weight = 0.5 * volume * self.normal.dot(direction).max(0.0) / (squared * squared.sqrt());
-                let left = transmittance_out(self.world, self.x, direction, &mut rays);
-                sum += weight * left * self.luminance(group, direction) / f64::from(CELL_RAYS);
+                tint.reset();
+                if pass_out(self.world, self.speculars, self.x, direction, tint, &mut rays) {
+                    deposit(out, group, weight * self.luminance(group, direction) / f64::from(CELL_RAYS), tint);
+                }
             }
         }
-        *out += sum;
         rays
     }
 
-    fn sun(&self, s: &mut SkyScratch, out: &mut f64) -> u64 {
+    fn sun(&self, s: &mut SkyScratch, out: &mut [f64]) -> u64 {
         let Some(direction) = self.world.daylight().and_then(|d| d.sun) else { return 0 };
         let disc = sun::disc(direction);
         let face_on = configuration_factor(&disc, direction);
@@ -231,21 +289,23 @@ impl Eye<'_> {
         let ceiling = (self.normal, self.normal.dot(self.x));
         let few = self.world.caster.in_cone(self.x, &s.planes, ceiling, MAX_BLOCKERS, &mut s.blockers);
         if few && s.visible.clip(self.world, self.x, (self.normal, 1e-9), &polygon, s.blockers.iter().copied()) {
-            for piece in &s.visible.pieces {
-                let passed = self.passed(piece.panes(), direction);
-                *out += passed * configuration_factor(&piece.polygon, self.normal) / face_on;
+            for piece in s.visible.pieces.iter().filter(|p| !self.is_shut(p)) {
+                let factor = configuration_factor(&piece.polygon, self.normal) / face_on;
+                self.enter(piece.panes(), direction, (SUN, factor), &mut s.tint, out);
             }
             return 0;
         }
         let points = Points::new(seed(&[self.sample, 99]));
         let mut rays = 0;
-        let share: f64 = (0..SUN_RAYS)
-            .map(|k| {
-                let (a, b) = points.pair(k, 0);
-                transmittance_out(self.world, self.x, sun_direction(&disc, a, b), &mut rays)
-            })
-            .sum();
-        *out += share / f64::from(SUN_RAYS) * configuration_factor(&polygon, self.normal) / face_on;
+        let whole = configuration_factor(&polygon, self.normal) / face_on;
+        for k in 0..SUN_RAYS {
+            let (a, b) = points.pair(k, 0);
+            s.tint.reset();
+            let towards = sun_direction(&disc, a, b);
+            if pass_out(self.world, self.speculars, self.x, towards, &mut s.tint, &mut rays) {
+                deposit(out, SUN, whole / f64::from(SUN_RAYS), &s.tint);
+            }
+        }
         rays
     }
 }
@@ -261,23 +321,29 @@ pub fn sun_direction(disc: &[DVec3], a: f64, b: f64) -> DVec3 {
     (centre + (p * (1.0 - across) + q * across) * b.sqrt()).normalize()
 }
 
-/// What is left of light that comes from outside along `−direction`: clear panes attenuate, all else blocks.
-pub fn transmittance_out(world: &World, x: DVec3, direction: DVec3, rays: &mut u64) -> f64 {
+/// Does light come from outside to `x` along `−direction`? What panes on the way leave of it multiplies `tint`; all else
+/// blocks.
+pub fn pass_out(
+    world: &World,
+    speculars: &Speculars,
+    x: DVec3,
+    direction: DVec3,
+    tint: &mut Tint,
+    rays: &mut u64,
+) -> bool {
     let mut start = x;
-    let mut left = 1.0;
     for _ in 0..16 {
         let ray = Ray::new(start, direction);
         let hit = world.caster.closest(&ray);
         *rays += 1;
         if hit.surface == MISS {
-            return left;
+            return true;
         }
-        let Some(pane) = world.pane(hit.surface) else { return 0.0 };
-        let cosine = world.surfaces.list[hit.surface as usize].normal.dot(direction).abs();
-        left *= pane.transmittance(cosine);
+        let Some(pane) = speculars.pane(world, hit.surface) else { return false };
+        tint.pass(pane, world.surfaces.list[hit.surface as usize].normal.dot(direction).abs());
         start = ray.at(hit.t) + direction * world.skin();
     }
-    0.0
+    false
 }
 
 /// Smaller cones that make up one: triangles of a polygon, quarters of a triangle.
@@ -306,19 +372,28 @@ const RULE: [(f64, [f64; 3]); 7] = {
     ]
 };
 
-/// Half the mean of `f` over a triangle, divided in four until two rules of first degree come near to that of the fifth:
-/// the error of the latter is then far smaller.
-fn triangle_integral(f: &impl Fn(DVec3) -> f64, [a, b, c]: [DVec3; 3], limit: f64, depth: u32) -> f64 {
-    let values = RULE.map(|(w, [x, y, z])| (w, f(a * x + b * y + c * z)));
+/// Nodes of a rule that integrates `f` over a triangle, with weights that sum to `weight`, and `f` there: the triangle is divided in four
+/// until two rules of first degree come near to that of the fifth, whose error is then far smaller.
+fn triangle_nodes(
+    f: &impl Fn(DVec3) -> f64,
+    [a, b, c]: [DVec3; 3],
+    (limit, depth): (f64, u32),
+    weight: f64,
+    node: &mut impl FnMut(DVec3, f64, f64),
+) {
+    let nodes = RULE.map(|(w, [x, y, z])| (w, a * x + b * y + c * z));
+    let values = nodes.map(|(w, p)| (w, f(p)));
     let fine: f64 = values.iter().map(|(w, v)| w * v).sum();
     let mean = |part: &[(f64, f64)]| part.iter().map(|(_, v)| v).sum::<f64>() / 3.0;
     let off = (mean(&values[1..4]) - fine).abs().max((mean(&values[4..]) - fine).abs());
     let is_wide = a.dot(b).min(b.dot(c)).min(c.dot(a))
         < WIDE * a.length_squared().min(b.length_squared()).min(c.length_squared());
     if depth == 0 || (off <= limit * fine && !is_wide) {
-        return 0.5 * fine;
+        nodes.iter().zip(values).for_each(|((w, p), (_, value))| node(*p, weight * w, value));
+        return;
     }
     let (ab, bc, ca) = ((a + b) * 0.5, (b + c) * 0.5, (c + a) * 0.5);
-    let parts = [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]];
-    0.25 * parts.map(|t| triangle_integral(f, t, limit, depth - 1)).iter().sum::<f64>()
+    for part in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
+        triangle_nodes(f, part, (limit, depth - 1), 0.25 * weight, node);
+    }
 }
