@@ -108,13 +108,7 @@ impl Solution {
 }
 
 /// The matrices of all replicas, balanced for a residual of `accuracy`.
-fn exchanges(
-    world: &World,
-    optics: &Optics,
-    mesh: &Elements,
-    rows: &Rows,
-    accuracy: f64,
-) -> Result<Vec<Exchange>> {
+fn exchanges(world: &World, optics: &Optics, mesh: &Elements, rows: &Rows, accuracy: f64) -> Result<Vec<Exchange>> {
     let replicas = rows.replicas.len();
     let closure = (1e-1 * accuracy).clamp(1e-10, 1e-5);
     let mut exchanges: Vec<Exchange> = (0..replicas).into_par_iter().map(|r| Exchange::new(mesh, rows, r)).collect();
