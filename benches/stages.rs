@@ -133,6 +133,8 @@ fn hall() -> Scene {
         daytime: None,
         luminaires: Vec::new(),
         observers: Vec::new(),
+        occupancy: Default::default(),
+        blinds: Vec::new(),
         axes: Axes::ZUp,
         inputs: Vec::new(),
         warnings: Vec::new(),

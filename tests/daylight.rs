@@ -6,9 +6,9 @@ use std::f64::consts::PI;
 use std::path::PathBuf;
 
 use clerestory::measure::{Measurement, Method, SensorResult, SolveOptions};
-use clerestory::scene::{Amount, Daytime, Placed, SkyName};
-use clerestory::spectrum::Spectrum;
-use common::{Build, at, diffuse, glass, only, solve, within};
+use clerestory::scene::{Amount, Daytime, Material, Placed, SkyName};
+use clerestory::spectrum::{BandMode, SpectralValue, Spectrum};
+use common::{Build, Cover, assert_balanced, at, diffuse, glass, glazed, only, rgb, solve, within};
 use glam::DVec3;
 
 /// A sky of 10,000 lx over a ground of 0.2, sun 45° high in the south if `direct_lx` is not zero.
@@ -103,8 +103,13 @@ fn the_penumbra_of_a_half_plane_falls_as_a_segment_of_the_disc() {
     }
 }
 
-/// A room of 4 x 4 x 3 m of one reflectance, a roof light of 1 x 1 m in its middle, glazed if `pane` is given.
+/// A room of 4 x 4 x 3 m of one reflectance, a roof light of 1 x 1 m in its middle, with a pane of grey glass if given.
 fn roof_light(rho: f64, pane: Option<f64>) -> Build {
+    roof_light_of(rho, pane.map(glass))
+}
+
+/// The same with any glazing.
+fn roof_light_of(rho: f64, pane: Option<Material>) -> Build {
     let mut b = Build::new();
     let wall = b.material(diffuse("wall", rho));
     let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
@@ -117,9 +122,9 @@ fn roof_light(rho: f64, pane: Option<f64>) -> Build {
     {
         b.rectangle(at(low.0, low.1, 3.0), v * y, u * x, wall);
     }
-    if let Some(t) = pane {
-        let glass = b.material(glass(t));
-        b.rectangle(at(1.5, 1.5, 3.0), x, y, glass);
+    if let Some(pane) = pane {
+        let pane = b.material(pane);
+        b.rectangle(at(1.5, 1.5, 3.0), x, y, pane);
     }
     b
 }
@@ -158,7 +163,7 @@ fn the_interreflected_light_of_a_room_follows_from_its_flux() {
 #[test]
 fn five_parts_sum_to_the_whole_and_paths_agree() {
     let mut b = roof_light(0.5, Some(0.88));
-    let facade = b.material(clerestory::scene::Material { outside: true, ..diffuse("facade", 0.4) });
+    let facade = b.material(Material { outside: true, ..diffuse("facade", 0.4) });
     b.rectangle(at(0.0, 6.0, 3.0), at(4.0, 0.0, 0.0), at(0.0, 0.0, 4.0), facade);
     b.level("floor", at(0.5, 0.5, 0.1), at(3.5, 3.5, 0.1), 3);
     b.0.daytime = Some(day(SkyName::Cie(12), 3e4));
@@ -180,6 +185,61 @@ fn five_parts_sum_to_the_whole_and_paths_agree() {
         let [quick, judge] = [sums[0][k], sums[1][k]];
         // Nine points of 32,768 paths: the rarest part, light from the facade, is known to about 3 %.
         assert!((quick - judge).abs() <= 0.04 * judge + 1.0, "{name}: {quick} {judge}");
+    }
+}
+
+/// Transmittances of a coloured pane in the three bands.
+const STAINED: [f64; 3] = [0.8, 0.5, 0.1];
+
+/// A room below a pane, solved in three bands, each reported.
+fn below(rho: f64, pane: SpectralValue, daytime: Daytime, method: Method) -> Measurement {
+    let mut b = roof_light_of(rho, Some(glazed(2, pane)));
+    b.bands(BandMode::Rgb);
+    b.level("floor", at(0.5, 0.5, 0.1), at(3.5, 3.5, 0.1), 3);
+    b.0.daytime = Some(daytime);
+    solve(&b.0, &SolveOptions { method, paths: Some(1 << 14), spectral: true, ..within(0.03) })
+}
+
+#[test]
+fn coloured_panes_let_sun_and_sky_through_as_grey_ones_do_in_each_band() {
+    let daytime = || {
+        let mut daytime = day(SkyName::Cie(12), 3e4);
+        daytime.sun_deg = Some(Placed { value: (75.0, 170.0), line: 1 });
+        daytime
+    };
+    // Without reflection all is exact but the places where triangles are divided.
+    let coloured = below(0.0, rgb(STAINED), daytime(), Method::Auto);
+    for (band, t) in STAINED.into_iter().enumerate() {
+        let grey = below(0.0, SpectralValue::Grey(t), daytime(), Method::Auto);
+        for (c, g) in only(&coloured).iter().zip(only(&grey)) {
+            near(c.spectral[band].irradiance, g.spectral[band].irradiance, 5e-3, "band by band");
+        }
+        let sunlit = only(&grey).iter().filter(|s| s.sun_lx > 1000.0).count();
+        assert!(sunlit > 0, "the sun reaches some of the points");
+    }
+    for s in only(&coloured) {
+        near(s.sun_lx + s.sky_lx, s.xyz[1], 1e-6, "nothing else shines");
+    }
+    // With reflection, within the stated errors.
+    let coloured = below(0.5, rgb(STAINED), daytime(), Method::Auto);
+    assert_balanced(&coloured);
+    let mut cover = Cover::default();
+    for (band, t) in STAINED.into_iter().enumerate() {
+        let grey = below(0.5, SpectralValue::Grey(t), daytime(), Method::Auto);
+        for (c, g) in only(&coloured).iter().zip(only(&grey)) {
+            let (c, g) = (c.spectral[band], g.spectral[band]);
+            cover.enter(c.irradiance, c.error.hypot(g.error), 0.0, g.irradiance, format!("band {band}"));
+        }
+    }
+    let judge = below(0.5, rgb(STAINED), daytime(), Method::PathTracing);
+    cover.enter_pair(&coloured.grids[0], &judge.grids[0], "paths");
+    cover.assert();
+    let sum = |m: &Measurement, part: &dyn Fn(&SensorResult) -> f64| only(m).iter().map(part).sum::<f64>();
+    type Part = fn(&SensorResult) -> f64;
+    let parts: [(&str, Part); 2] = [("sun", |s| s.sun_lx), ("sky", |s| s.sky_lx)];
+    for (name, part) in parts {
+        // Nine points of 16,384 paths.
+        near(sum(&judge, part), sum(&coloured, part), 0.03, name);
     }
 }
 

@@ -81,6 +81,8 @@ impl Build {
                 daytime: None,
                 luminaires: Vec::new(),
                 observers: Vec::new(),
+                occupancy: Default::default(),
+                blinds: Vec::new(),
                 axes: Axes::ZUp,
                 inputs: Vec::new(),
                 warnings: Vec::new(),

@@ -4,13 +4,17 @@
 //! ([`Coefficients`]); the sky of each hour is Perez's; the sun's own light is worked out at its true place in every
 //! hour, and its reflected light between the patches of the sky among which it stands.
 
+mod blinds;
 mod climate;
+mod metrics;
 mod series;
 
 use std::path::PathBuf;
 use std::time::Instant;
 
+use blinds::Blinds;
 pub use climate::{CALENDAR_YEAR, Climate, Hour};
+pub use metrics::{Figure, GridMetrics, Level, Metrics, PointMetrics};
 pub use series::Series;
 use series::{Light, Luminances};
 
@@ -18,7 +22,7 @@ use crate::error::{Error, Result};
 use crate::light::sun::Place;
 use crate::light::weather::{Weather, check_zone};
 use crate::measure::{self, Coefficients, LeftOut, Progress, Record, Setting, SolveOptions, Status};
-use crate::scene::{Daytime, GridLayout, Scene, Sensor};
+use crate::scene::{BlindControl, Daytime, GridLayout, Scene, Sensor};
 
 /// What a person asks of a year.
 #[derive(Clone, Debug, Default)]
@@ -61,6 +65,8 @@ pub struct GridYear {
     pub status: Vec<Status>,
     /// Illuminances.
     pub series: Series,
+    /// What they come to.
+    pub metrics: Metrics,
 }
 
 /// Computes the year of a scene.
@@ -87,9 +93,10 @@ pub fn annual(scene: &Scene, options: &AnnualOptions, progress: &dyn Progress) -
     record.warnings.append(&mut warnings);
     let start = Instant::now();
     progress.stage("hours", 0);
-    let grids = series_of(scene, day, &coefficients, &climate, options.solve.tolerance);
+    check_hours(scene, &climate)?;
+    let (grids, closed) = series_of(scene, day, &coefficients, &climate, options.solve.tolerance);
     record.timings_s.push(("hours".into(), start.elapsed().as_secs_f64()));
-    describe(&climate, &coefficients, &mut record);
+    describe(scene, &climate, &coefficients, &closed, &mut record);
     Ok(Year { weather: weather.name, place, utc_offset_h: weather.utc_offset_h, climate, grids, record })
 }
 
@@ -108,7 +115,7 @@ fn series_of(
     coefficients: &Coefficients,
     climate: &Climate,
     tolerance: f64,
-) -> Vec<GridYear> {
+) -> (Vec<GridYear>, Vec<usize>) {
     let grids = &coefficients.grids;
     let (fine, coarse) = (&coefficients.seen_patches, &coefficients.patches);
     let seen = Luminances::new(fine, &climate.hours, day.ground_reflectance, &wanted(coefficients));
@@ -120,14 +127,32 @@ fn series_of(
         reflected: joined.as_ref().unwrap_or(&seen),
         iteration: 0.01 * tolerance,
     };
-    let grid = |(g, grid): (usize, &crate::scene::Grid)| GridYear {
-        name: grid.name.clone(),
-        layout: grid.layout.clone(),
-        sensors: grid.sensors.clone(),
-        status: (0..grid.sensors.len()).map(|i| grids[g].status(i)).collect(),
-        series: light.series(g),
+    let suns: Vec<_> = (0..grids.len()).map(|g| light.own_suns(g)).collect();
+    let ok = |g: usize| (0..scene.grids[g].sensors.len()).filter(move |i| grids[g].status(*i) == Status::Ok);
+    let lit: Vec<usize> = (0..grids.len()).map(|g| ok(g).count()).collect();
+    let blinds = Blinds::new(&scene.blinds, &climate.hours, &suns, &lit);
+    let grid = |(g, grid): (usize, &crate::scene::Grid)| {
+        let series = light.series(g, &suns[g], &blinds);
+        let status: Vec<Status> = (0..grid.sensors.len()).map(|i| grids[g].status(i)).collect();
+        let factors = metrics::daylight_factors(coefficients, g, day.ground_reflectance);
+        let metrics = Metrics::new(&grid.sensors, &status, &series, &factors, climate, &scene.occupancy);
+        let (name, layout, sensors) = (grid.name.clone(), grid.layout.clone(), grid.sensors.clone());
+        GridYear { name, layout, sensors, status, series, metrics }
     };
-    scene.grids.iter().enumerate().map(grid).collect()
+    (scene.grids.iter().enumerate().map(grid).collect(), blinds.closed_hours())
+}
+
+/// Schedules must have the hours of the weather.
+fn check_hours(scene: &Scene, climate: &Climate) -> Result<()> {
+    let of_blinds = scene.blinds.iter().filter_map(|b| match &b.control {
+        BlindControl::Hourly(hours) => Some(hours.len()),
+        _ => None,
+    });
+    match scene.occupancy.told().into_iter().chain(of_blinds).find(|n| *n != climate.total) {
+        Some(n) => Err(Error::malformed(format!("a schedule has {n} hours, the weather {}", climate.total))
+            .mend("give one line for each hour of the weather file")),
+        None => Ok(()),
+    }
 }
 
 /// Fine patches of which the light is wanted: those that sensors see, and those in patches that reach them by reflection.
@@ -146,7 +171,7 @@ fn wanted(coefficients: &Coefficients) -> Vec<bool> {
     wanted
 }
 
-fn describe(climate: &Climate, coefficients: &Coefficients, record: &mut Record) {
+fn describe(scene: &Scene, climate: &Climate, coefficients: &Coefficients, closed: &[usize], record: &mut Record) {
     let setting = |name: &str, value: String, why: &str| Setting { name: name.into(), value, why: why.into() };
     record.settings.extend([
         setting("sky patches", coefficients.patches.sky().to_string(), "for reflected light; from the tolerance"),
@@ -158,6 +183,14 @@ fn describe(climate: &Climate, coefficients: &Coefficients, record: &mut Record)
         setting("hours with sun", format!("{} of {}", climate.hours.len(), climate.total), "from weather and place"),
         setting("calendar", CALENDAR_YEAR.to_string(), "for the sun's place; standard time, no summer time"),
     ]);
+    for (blind, hours) in scene.blinds.iter().zip(closed) {
+        let name = format!("blinds of {}", blind.panes.join(", "));
+        record.settings.push(setting(&name, format!("closed in {hours} hours with sun"), "by their control"));
+        record.left_out.push(LeftOut {
+            what: format!("directions of the light behind closed blinds ({})", blind.panes.join(", ")),
+            bound: "closed blinds dim the light of their windows and keep its directions".into(),
+        });
+    }
     if climate.dark_share > 0.0 {
         record.left_out.push(LeftOut {
             what: "light that the weather gives to hours without sun".into(),

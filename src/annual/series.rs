@@ -2,10 +2,10 @@
 
 use rayon::prelude::*;
 
+use super::blinds::Blinds;
 use super::climate::Hour;
 use crate::light::sky::Patches;
-use crate::measure::{Coefficients, ESTIMATES, GridCoefficients, Status, student};
-use crate::transport::DirectScratch;
+use crate::measure::{Coefficients, ESTIMATES, GridCoefficients, Status, SunScratch, student};
 
 /// Independent estimates of one mesh.
 const SETS: usize = ESTIMATES / 2;
@@ -19,11 +19,11 @@ const BETWEEN: f64 = 0.5;
 /// Illuminances of a grid over the hours with sun, `[sensor][hour]`, lx; sensors that see nothing hold zeros.
 #[derive(Clone, Debug)]
 pub struct Series {
-    /// All light.
+    /// All light, blinds as they are.
     pub lux: Vec<f32>,
     /// Half-width at 95 %.
     pub error: Vec<f32>,
-    /// The sun's own light, without reflection.
+    /// The sun's own light, without reflection, all blinds open.
     pub sun: Vec<f32>,
     /// Number of hours.
     pub hours: usize,
@@ -118,6 +118,9 @@ fn sun_at(patches: &Patches, hour: &Hour) -> SunAt {
     }
 }
 
+/// The sun's own light on one sensor: hour, opening, illuminance.
+pub(super) type OwnSun = Vec<(u32, u8, f32)>;
+
 /// All that is needed for the hours of any grid.
 pub(super) struct Light<'a> {
     pub(super) coefficients: &'a Coefficients,
@@ -139,16 +142,45 @@ struct Raw {
 }
 
 impl Light<'_> {
-    /// The hours of a grid.
-    pub(super) fn series(&self, g: usize) -> Series {
-        let grid = &self.coefficients.grids[g];
-        let suns: Vec<SunAt> = self.hours.iter().map(|h| sun_at(&self.coefficients.patches, h)).collect();
-        let count = grid.seen.len();
-        let raw: Vec<Raw> = (0..count)
+    /// The sun's own light on every sensor of a grid, all blinds open.
+    pub(super) fn own_suns(&self, g: usize) -> Vec<OwnSun> {
+        let count = self.coefficients.grids[g].seen.len();
+        (0..count)
             .into_par_iter()
             .with_max_len(4)
-            .map_init(DirectScratch::default, |scratch, i| self.raw(g, grid, i, &suns, scratch))
-            .collect();
+            .map_init(|| self.coefficients.scratch(), |scratch, i| self.own_sun(g, i, scratch))
+            .collect()
+    }
+
+    /// The sun's own light, where it can come from: only in patches that the sensor sees, or beside them.
+    fn own_sun(&self, g: usize, i: usize, scratch: &mut SunScratch) -> OwnSun {
+        let patches = &self.coefficients.seen_patches;
+        let mut near = vec![false; patches.all()];
+        for (column, _) in &self.coefficients.grids[g].seen[i] {
+            let p = *column as usize % patches.all();
+            if p < patches.sky() {
+                patches.beside(p).for_each(|q| near[q] = true);
+            }
+        }
+        let mut list = OwnSun::new();
+        for (t, hour) in self.hours.iter().enumerate() {
+            if hour.direct_lx > 0.0 && near[patches.of(hour.sun)] {
+                let (factor, opening) = self.coefficients.sun(g, i, hour.sun, scratch);
+                if factor > 0.0 {
+                    list.push((t as u32, opening as u8, (hour.direct_lx * factor) as f32));
+                }
+            }
+        }
+        list
+    }
+
+    /// The hours of a grid.
+    pub(super) fn series(&self, g: usize, suns: &[OwnSun], blinds: &Blinds) -> Series {
+        let grid = &self.coefficients.grids[g];
+        let places: Vec<SunAt> = self.hours.iter().map(|h| sun_at(&self.coefficients.patches, h)).collect();
+        let count = grid.seen.len();
+        let raw: Vec<Raw> =
+            (0..count).into_par_iter().with_max_len(4).map(|i| self.raw(grid, i, &suns[i], &places, blinds)).collect();
         let n = self.hours.len();
         let lit: Vec<usize> = (0..count).filter(|i| grid.status(*i) == Status::Ok).collect();
         let by_hour: Vec<Vec<f32>> =
@@ -171,30 +203,55 @@ impl Light<'_> {
         series
     }
 
-    fn raw(&self, g: usize, grid: &GridCoefficients, i: usize, suns: &[SunAt], scratch: &mut DirectScratch) -> Raw {
+    fn raw(&self, grid: &GridCoefficients, i: usize, own: &OwnSun, places: &[SunAt], blinds: &Blinds) -> Raw {
         let n = self.hours.len();
         let zeros = || vec![0.0f32; n];
         let mut raw = Raw { lux: zeros(), sun: zeros(), variance: zeros(), mesh: zeros(), between: zeros() };
         if grid.status(i) != Status::Ok {
             return raw;
         }
-        for (p, c) in &grid.seen[i] {
-            self.seen.add(*p as usize, *c, &mut raw.lux);
+        for (t, opening, lux) in own {
+            raw.sun[*t as usize] = *lux;
+            if !blinds.are_closed(*opening as usize, *t as usize) {
+                raw.lux[*t as usize] += lux;
+            }
         }
-        self.own_sun(g, grid, i, scratch, &mut raw);
-        let width = self.coefficients.patches.all();
-        let of_sky = |k: usize| &grid.reflected[0][k][i * width..(i + 1) * width];
-        let of_sun = |k: usize| &grid.of_sun()[k][i * width..(i + 1) * width];
         let mut estimates: [Vec<f32>; ESTIMATES] = std::array::from_fn(|_| zeros());
-        for (k, estimate) in estimates.iter_mut().enumerate() {
-            for (p, c) in of_sky(k).iter().enumerate().filter(|(_, c)| **c != 0.0) {
-                self.reflected.add(p, *c, estimate);
+        let mut between = [zeros(), zeros()];
+        let (fine, patches) = (self.coefficients.seen_patches.all(), self.coefficients.patches.all());
+        let width = self.coefficients.openings * patches;
+        let mut part = zeros();
+        for opening in 0..self.coefficients.openings {
+            part.fill(0.0);
+            let columns = (opening * fine) as u32..((opening + 1) * fine) as u32;
+            for (column, c) in grid.seen[i].iter().filter(|(c, _)| columns.contains(c)) {
+                self.seen.add(*column as usize - opening * fine, *c, &mut part);
             }
-            for (value, sun) in estimate.iter_mut().zip(suns) {
-                *value += sun.between.iter().map(|(p, l)| l * of_sun(k)[*p]).sum::<f32>();
+            blinds.add(opening, &part, &mut raw.lux);
+            let row = i * width + opening * patches..i * width + (opening + 1) * patches;
+            for (k, estimate) in estimates.iter_mut().enumerate() {
+                part.fill(0.0);
+                for (p, c) in grid.reflected[0][k][row.clone()].iter().enumerate().filter(|(_, c)| **c != 0.0) {
+                    self.reflected.add(p, *c, &mut part);
+                }
+                let of_sun = &grid.of_sun()[k][row.clone()];
+                for (value, sun) in part.iter_mut().zip(places) {
+                    *value += sun.between.iter().map(|(p, l)| l * of_sun[*p]).sum::<f32>();
+                }
+                blinds.add(opening, &part, estimate);
+            }
+            let of_sun = |p: usize| (0..SETS).map(|k| grid.of_sun()[k][row.start + p]).sum::<f32>() / SETS as f32;
+            for (kind, sum) in between.iter_mut().enumerate() {
+                for (value, sun) in part.iter_mut().zip(places) {
+                    *value = match kind {
+                        0 => of_sun(sun.own.0) * sun.own.1,
+                        _ => sun.between.iter().map(|(p, l)| l * of_sun(*p)).sum(),
+                    };
+                }
+                blinds.add(opening, &part, sum);
             }
         }
-        for (t, sun) in suns.iter().enumerate() {
+        for t in 0..n {
             let values: [f64; ESTIMATES] = std::array::from_fn(|k| f64::from(estimates[k][t]));
             let (mean, variance) = mean_and_variance(&values[..SETS]);
             let differences: [f64; SETS] = std::array::from_fn(|k| values[k] - values[SETS + k]);
@@ -202,27 +259,9 @@ impl Light<'_> {
             raw.lux[t] += mean as f32;
             raw.variance[t] = variance as f32;
             raw.mesh[t] = (difference * difference - its_variance) as f32;
-            let own: f32 = (0..SETS).map(|k| of_sun(k)[sun.own.0] * sun.own.1).sum();
-            let between: f32 = (0..SETS).map(|k| sun.between.iter().map(|(p, l)| l * of_sun(k)[*p]).sum::<f32>()).sum();
-            raw.between[t] = (own - between).abs() / SETS as f32;
+            raw.between[t] = (between[0][t] - between[1][t]).abs();
         }
         raw
-    }
-
-    /// The sun's own light, where it can come from: only in patches that the sensor sees, or beside them.
-    fn own_sun(&self, g: usize, grid: &GridCoefficients, i: usize, scratch: &mut DirectScratch, raw: &mut Raw) {
-        let patches = &self.coefficients.seen_patches;
-        let mut near = vec![false; patches.all()];
-        for (p, _) in grid.seen[i].iter().filter(|(p, _)| (*p as usize) < patches.sky()) {
-            patches.beside(*p as usize).for_each(|q| near[q] = true);
-        }
-        for (t, hour) in self.hours.iter().enumerate() {
-            if hour.direct_lx > 0.0 && near[patches.of(hour.sun)] {
-                let lux = hour.direct_lx * self.coefficients.sun(g, i, hour.sun, scratch);
-                raw.sun[t] = lux as f32;
-                raw.lux[t] += lux as f32;
-            }
-        }
     }
 
     /// Errors of the sensors that see, in one hour: as [`crate::measure`] states them, with what the grid lends.

@@ -16,7 +16,9 @@ use crate::scene::{Grid, Scene};
 use crate::solve;
 use crate::transport::caster::Ray;
 use crate::transport::points::{Points, seed};
-use crate::transport::{Fork, Landing, LightPart, Optics, RowSettings, Rows, Tint, World, cosine_direction, follow};
+use crate::transport::{
+    DirectScratch, Fork, Landing, LightPart, Optics, RowSettings, Rows, Tint, World, cosine_direction, follow,
+};
 
 /// Rays of an element, over all replicas: refined by size, never by more rays.
 const ROW_RAYS: usize = 32;
@@ -218,14 +220,14 @@ impl Task<'_> {
                 .par_iter()
                 .enumerate()
                 .map_init(
-                    || crate::transport::DirectScratch::for_tolerance(self.options.tolerance),
+                    || DirectScratch::for_tolerance(self.options.tolerance).in_bands(self.optics),
                     |scratch, (i, sensor)| {
                         let probe = Probe::new(world, sensor);
                         let mut direct = Vec::new();
                         if probe.status == Status::Ok {
                             for a in 0..REPLICAS {
                                 let sample = seed(&[self.options.seed, stream::SHADOW, g as u64, i as u64, a as u64]);
-                                let mut f = vec![0.0; world.groups()];
+                                let mut f = vec![0.0; self.optics.columns()];
                                 let before = scratch.rays;
                                 crate::transport::direct(world, probe.position, probe.normal, sample, scratch, &mut f);
                                 direct.push(f);
@@ -586,7 +588,7 @@ impl SensorState {
         if self.glowing {
             return 0.0;
         }
-        self.direct(set).iter().zip(&optics.exitance).map(|(f, m)| f * f64::from(m[band])).sum()
+        optics.direct_in_band(self.direct(set), band)
     }
 
     fn direct_xyz(&self, optics: &Optics, set: usize) -> [f64; 3] {

@@ -19,7 +19,9 @@ use crate::light::sky::Patches;
 use crate::mesh::Elements;
 use crate::solve::{Columns, LANES, Lanes};
 use crate::transport::points::{Points, seed};
-use crate::transport::{DirectScratch, Rows, World, sun_factor, visible_directions};
+use crate::transport::{
+    DAYLIGHT_GROUPS, DirectScratch, Optics, Rows, SUN, Seen, Tint, World, panes_towards, sun_factor, visible_directions,
+};
 
 /// Parts of a side of Tregenza's patches into which the sky itself is divided.
 const SEEN_PARTS: usize = 4;
@@ -37,9 +39,16 @@ pub struct Coefficients {
     pub seen_patches: Patches,
     /// Patches whose reflected light is told apart.
     pub patches: Patches,
+    /// Divisions of the light by the blinds that it passes: none, then each. Their columns follow each other.
+    pub openings: usize,
     /// By grid.
     pub grids: Vec<GridCoefficients>,
     world: World,
+    optics: Optics,
+    /// Blind of each surface, from 1; 0 where there is none.
+    blinds: Vec<u8>,
+    /// Share of each band in the sun's luminance.
+    sun_weights: Vec<f64>,
 }
 
 /// The coefficients of a grid.
@@ -47,10 +56,10 @@ pub struct Coefficients {
 pub struct GridCoefficients {
     /// The sensors as they look.
     probes: Vec<Probe>,
-    /// What each sensor sees of the sky and the ground: patch and coefficient.
+    /// What each sensor sees of the sky and the ground: column (opening · patches + patch) and coefficient.
     pub seen: Vec<Vec<(u32, f32)>>,
     /// What comes by reflection, under the spectrum of the sky and under that of the sun (once, where they are the same):
-    /// by estimate, `[sensor][patch]`.
+    /// by estimate, `[sensor][column]`.
     pub reflected: Vec<[Vec<f32>; ESTIMATES]>,
 }
 
@@ -69,12 +78,43 @@ impl GridCoefficients {
 }
 
 impl Coefficients {
-    /// Illuminance of a sensor by the sun's disc about `direction`, per unit of its illuminance face on.
+    /// Illuminance of a sensor by the sun's disc about `direction`, per unit of its illuminance face on; and the opening by
+    /// which it comes.
     #[must_use]
-    pub fn sun(&self, grid: usize, sensor: usize, direction: DVec3, scratch: &mut DirectScratch) -> f64 {
+    pub fn sun(&self, grid: usize, sensor: usize, direction: DVec3, scratch: &mut SunScratch) -> (f64, usize) {
         let p = &self.grids[grid].probes[sensor];
-        sun_factor(&self.world, (p.position, p.normal), direction, seed(&[grid as u64, sensor as u64]), scratch)
+        let SunScratch { direct, factors } = scratch;
+        factors.clear();
+        factors.resize(self.optics.columns() - self.optics.lamps, 0.0);
+        let sample = seed(&[grid as u64, sensor as u64]);
+        direct.rays += sun_factor(&self.world, (p.position, p.normal), direction, sample, direct, factors);
+        let tinted = factors.get(DAYLIGHT_GROUPS + SUN * self.optics.pad..).unwrap_or_default();
+        let tinted: f64 = tinted.iter().zip(&self.sun_weights).map(|(f, w)| f * w).sum();
+        let factor = factors[SUN] + tinted;
+        if self.openings == 1 || factor == 0.0 {
+            return (factor, 0);
+        }
+        let panes = panes_towards(&self.world, &self.optics, p.position, direction).unwrap_or_default();
+        (factor, opening(&self.blinds, &panes))
     }
+
+    /// Buffers for [`Coefficients::sun`].
+    #[must_use]
+    pub fn scratch(&self) -> SunScratch {
+        SunScratch { direct: DirectScratch::default().in_bands(&self.optics), factors: Vec::new() }
+    }
+}
+
+/// Buffers of one thread.
+#[derive(Debug)]
+pub struct SunScratch {
+    direct: DirectScratch,
+    factors: Vec<f64>,
+}
+
+/// The opening to which a way through panes belongs: the first pane with a blind tells.
+fn opening(blinds: &[u8], panes: &[u32]) -> usize {
+    panes.iter().map(|p| usize::from(blinds[*p as usize])).find(|b| *b > 0).unwrap_or(0)
 }
 
 /// Values by patch, few of which are not zero.
@@ -117,8 +157,8 @@ struct Sums {
 }
 
 impl Sums {
-    fn new(patches: &Patches) -> Self {
-        Self { values: vec![0.0; patches.all()], touched: Vec::new() }
+    fn new(columns: usize) -> Self {
+        Self { values: vec![0.0; columns], touched: Vec::new() }
     }
 
     fn add(&mut self, patch: usize, value: f64) {
@@ -134,6 +174,25 @@ impl Sums {
         self.touched.dedup();
         let values = &mut self.values;
         self.touched.drain(..).map(|p| (p, factor * std::mem::take(&mut values[p as usize]))).collect()
+    }
+}
+
+/// How a point looks at the sky.
+#[derive(Clone, Copy)]
+struct Look<'a> {
+    patches: &'a Patches,
+    blinds: &'a [u8],
+    /// Share of each band in the luminance of the light.
+    weights: &'a [f64],
+}
+
+impl Look<'_> {
+    /// What a tint leaves of the light, as the eye sees it.
+    fn left(&self, tint: &Tint) -> f64 {
+        if !tint.coloured {
+            return f64::from(tint.scale);
+        }
+        self.weights.iter().enumerate().map(|(b, w)| w * f64::from(tint.share(b))).sum()
     }
 }
 
@@ -157,7 +216,7 @@ struct Reads {
 
 impl Task<'_> {
     /// The coefficients of all sensors, for a sky in `parts` of Tregenza's patches a side.
-    pub(super) fn coefficients(&self, adapted: &Adapted, parts: usize, world: World) -> Result<Coefficients> {
+    pub(super) fn coefficients(&self, adapted: &Adapted, parts: usize) -> Result<Coefficients> {
         let (patches, seen_patches) = (Patches::new(parts), Patches::new(SEEN_PARTS));
         let weights = self.source_weights();
         let sides = [
@@ -170,14 +229,37 @@ impl Task<'_> {
             .enumerate()
             .map(|(g, states)| {
                 let probes: Vec<Probe> = states.iter().map(|s| s.probe).collect();
-                let seen = self.seen(&probes, &seen_patches);
+                let seen = self.seen(&probes, &seen_patches, &weights[0]);
                 self.progress.stage(&format!("grid {}: rays", self.scene.grids[g].name), states.len() as u64);
                 let reads: Vec<[Reads; REPLICAS]> = self.reads(adapted, g, &patches, &weights);
                 self.progress.stage(&format!("grid {}: patches of the sky", self.scene.grids[g].name), 0);
                 GridCoefficients { probes, seen, reflected: self.reflected(&sides, &reads, &patches, &weights) }
             })
             .collect();
-        Ok(Coefficients { seen_patches, patches, grids, world })
+        Ok(Coefficients {
+            seen_patches,
+            patches,
+            openings: 1 + self.scene.blinds.len(),
+            grids,
+            world: self.world.clone(),
+            optics: self.optics.clone(),
+            blinds: self.blinds(),
+            sun_weights: weights.into_iter().next_back().unwrap_or_default(),
+        })
+    }
+
+    /// Columns of a division of the sky: every patch, by every opening.
+    fn columns(&self, patches: &Patches) -> usize {
+        (1 + self.scene.blinds.len()) * patches.all()
+    }
+
+    /// Blind of each surface, from 1; 0 where there is none.
+    fn blinds(&self) -> Vec<u8> {
+        let of = |face: &crate::scene::Face| {
+            let at = self.scene.blinds.iter().position(|b| b.covers(self.scene, face));
+            at.map_or(0, |k| k as u8 + 1)
+        };
+        self.scene.faces.iter().map(of).collect()
     }
 
     /// Share of each band in the luminance of the sky, and of the sun where that differs.
@@ -202,17 +284,19 @@ impl Task<'_> {
 
     /// Direct irradiance of elements per unit luminance of each patch, by replica.
     fn element_light(&self, mesh: &Elements, rows: &Rows, patches: &Patches, number: u64) -> Vec<Sparse> {
+        let weights = self.source_weights();
+        let blinds = self.blinds();
+        let look = Look { patches, blinds: &blinds, weights: &weights[0] };
         let of = |(sums, scratch): &mut (Sums, DirectScratch), i: usize| {
             self.progress.advance(1);
-            self.light_of_element(mesh, i, rows.valid[i] < 1.0, (patches, number), sums, scratch)
+            self.light_of_element(mesh, i, rows.valid[i] < 1.0, (look, number), sums, scratch)
         };
         let lists: Vec<[Vec<(u32, f32)>; REPLICAS]> = (0..mesh.len())
             .into_par_iter()
             .with_min_len(16)
-            .map_init(|| (Sums::new(patches), DirectScratch::default()), of)
+            .map_init(|| (Sums::new(self.columns(patches)), self.scratch()), of)
             .collect();
-        let weights = self.source_weights();
-        let mut sums = Sums::new(patches);
+        let mut sums = Sums::new(self.columns(patches));
         (0..REPLICAS)
             .map(|r| {
                 let mut sparse = Sparse::default();
@@ -242,7 +326,7 @@ impl Task<'_> {
         mesh: &Elements,
         index: usize,
         may_be_covered: bool,
-        (patches, number): (&Patches, u64),
+        (look, number): (Look<'_>, u64),
         sums: &mut Sums,
         scratch: &mut DirectScratch,
     ) -> [Vec<(u32, f32)>; REPLICAS] {
@@ -262,7 +346,7 @@ impl Task<'_> {
                 }
                 counts[r] += 1;
                 let sample = seed(&[stream, u64::from(first), u64::from(k)]);
-                self.look(x, normal, sample, patches, scratch, |p, weight| sums.add(p, weight));
+                self.look((x, normal), sample, look, scratch, |p, weight| sums.add(p, weight));
             }
             sums.take(1.0)
         });
@@ -282,27 +366,36 @@ impl Task<'_> {
         lists
     }
 
-    /// Tells the patches that a point sees, each with its projected solid angle times what panes leave.
+    fn scratch(&self) -> DirectScratch {
+        DirectScratch::default().in_bands(self.optics)
+    }
+
+    /// Tells the columns that a point sees, each with its projected solid angle times what panes leave, as the eye weighs
+    /// the sky's light.
     fn look(
         &self,
-        x: DVec3,
-        normal: DVec3,
+        at: (DVec3, DVec3),
         sample: u64,
-        patches: &Patches,
+        look: Look<'_>,
         scratch: &mut DirectScratch,
         mut visit: impl FnMut(usize, f64),
     ) {
-        let width = patches.width() / ACROSS;
-        let each = &mut |direction: DVec3, weight: f64| visit(patches.of(direction), weight);
-        scratch.rays += visible_directions(self.world, (x, normal), sample, width, scratch, each);
+        let width = look.patches.width() / ACROSS;
+        let all = look.patches.all();
+        let each = &mut |seen: Seen<'_>| {
+            let column = opening(look.blinds, seen.panes) * all + look.patches.of(seen.direction);
+            visit(column, seen.weight * look.left(seen.tint));
+        };
+        scratch.rays += visible_directions(self.world, at, sample, width, scratch, each);
     }
 
-    fn seen(&self, probes: &[Probe], patches: &Patches) -> Vec<Vec<(u32, f32)>> {
+    fn seen(&self, probes: &[Probe], patches: &Patches, weights: &[f64]) -> Vec<Vec<(u32, f32)>> {
+        let blinds = self.blinds();
+        let look = Look { patches, blinds: &blinds, weights };
         let of = |(sums, scratch): &mut (Sums, DirectScratch), (i, p): (usize, &Probe)| {
             if p.status == Status::Ok {
-                self.look(p.position, p.normal, seed(&[self.options.seed, i as u64]), patches, scratch, |p, w| {
-                    sums.add(p, w);
-                });
+                let sample = seed(&[self.options.seed, i as u64]);
+                self.look((p.position, p.normal), sample, look, scratch, |p, w| sums.add(p, w));
             }
             sums.take(1.0)
         };
@@ -310,7 +403,7 @@ impl Task<'_> {
             .par_iter()
             .enumerate()
             .with_max_len(8)
-            .map_init(|| (Sums::new(patches), DirectScratch::default()), of)
+            .map_init(|| (Sums::new(self.columns(patches)), self.scratch()), of)
             .collect()
     }
 
@@ -324,12 +417,13 @@ impl Task<'_> {
             spectral: false,
             squares: false,
         };
+        let blinds = self.blinds();
         adapted.grids[g]
             .par_iter()
             .enumerate()
             .with_max_len(8)
             .map_init(
-                || (Gatherer::recording(&field), Sums::new(patches), DirectScratch::default()),
+                || (Gatherer::recording(&field), Sums::new(self.columns(patches)), self.scratch()),
                 |(gatherer, sums, scratch), (i, s)| {
                     self.progress.advance(1);
                     gatherer.trust = s.near.max(adapted.main.mesh.size);
@@ -341,7 +435,7 @@ impl Task<'_> {
                         let own = self.options.seed;
                         let parts = [own, stream::SENSOR, mesh, s.near.to_bits(), g as u64, i as u64, a as u64];
                         let rays = (s.probe.position, s.probe.normal, seed(&parts), s.done);
-                        self.read(gatherer, rays, patches, weights, sums, scratch)
+                        self.read(gatherer, rays, (patches, &blinds), weights, sums, scratch)
                     })
                 },
             )
@@ -352,7 +446,7 @@ impl Task<'_> {
         &self,
         gatherer: &mut Gatherer<'_>,
         (x, normal, stream, count): (DVec3, DVec3, u64, u32),
-        patches: &Patches,
+        (patches, blinds): (&Patches, &[u8]),
         weights: &[Vec<f64>],
         sums: &mut Sums,
         scratch: &mut DirectScratch,
@@ -373,13 +467,14 @@ impl Task<'_> {
         let share = 1.0 / rays.max(1) as f32;
         reads.merge(share);
         for source in weights {
+            let look = Look { patches, blinds, weights: source };
             let left = |t: &[f32]| source.iter().zip(t).map(|(w, t)| w * f64::from(*t)).sum::<f64>();
             for (k, (what, tint)) in found.iter().enumerate() {
                 let left = left(tint);
                 match what {
                     Found::Vertex { position, normal } => {
                         let sample = seed(&[stream, k as u64]);
-                        self.look(*position, *normal, sample, patches, scratch, |p, w| sums.add(p, w * left));
+                        self.look((*position, *normal), sample, look, scratch, |p, w| sums.add(p, w * left));
                     }
                     Found::Mirrored { direction } => sums.add(patches.of(*direction), PI * left),
                 }
@@ -397,7 +492,7 @@ impl Task<'_> {
         patches: &Patches,
         weights: &[Vec<f64>],
     ) -> Vec<[Vec<f32>; ESTIMATES]> {
-        let width = patches.all();
+        let width = self.columns(patches);
         let blocks: Vec<Vec<Lanes>> =
             (0..width.div_ceil(LANES)).into_par_iter().map(|block| self.block(sides, reads, block, weights)).collect();
         weights

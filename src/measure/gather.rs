@@ -12,8 +12,8 @@ use crate::solve::Solution;
 use crate::transport::caster::{Hit, MISS, Ray};
 use crate::transport::points::{Points, seed};
 use crate::transport::{
-    DirectScratch, Fork, Landing, Optics, Tint, World, chance_weight, cosine_direction, direct, direct_parts, follow,
-    through_panes,
+    DirectScratch, Fork, Landing, Optics, Tint, World, chance_weight, cosine_direction, deposit, direct, direct_parts,
+    follow, through_panes,
 };
 
 /// Independent ray sets, and independent solutions to look up.
@@ -225,11 +225,11 @@ impl<'a> Gatherer<'a> {
         let pad = field.optics.pad;
         Self {
             field,
-            scratch: DirectScratch::default(),
+            scratch: DirectScratch::default().in_bands(field.optics),
             tint: Tint::new(pad),
             throughput: vec![1.0; pad],
             value: vec![0.0; pad],
-            factors: vec![0.0; field.world.groups()],
+            factors: vec![0.0; field.optics.columns()],
             rays: Vec::new(),
             hits: Vec::new(),
             cast: 0,
@@ -245,9 +245,9 @@ impl<'a> Gatherer<'a> {
         Self { found: Some(Vec::new()), ..Self::new(field) }
     }
 
-    /// Direct irradiance per unit exitance of every group, apart from what the gather rays bring.
+    /// Factors of direct light ([`Optics::columns`]), apart from what the gather rays bring.
     pub(super) fn direct(&mut self, x: DVec3, normal: DVec3, sample: u64) -> Vec<f64> {
-        let mut out = vec![0.0; self.field.world.groups()];
+        let mut out = vec![0.0; self.field.optics.columns()];
         if !self.field.world.glowing() {
             direct(self.field.world, x, normal, sample, &mut self.scratch, &mut out);
         }
@@ -478,12 +478,14 @@ impl<'a> Gatherer<'a> {
                 // One ray is enough of the sky: the vertex is one of many.
                 let place =
                     (points.get(k, 4 * bounce + 6), points.get(k, 4 * bounce + 7), points.get(k, 4 * bounce + 8));
-                if let Some((group, factor)) = through_panes(world, (x, normal), place, &mut self.cast) {
-                    self.factors[group] += factor;
+                self.tint.reset();
+                let (panes, tint) = (&optics.speculars, &mut self.tint);
+                if let Some((group, factor)) = through_panes(world, panes, (x, normal), place, tint, &mut self.cast) {
+                    deposit(&mut self.factors[optics.lamps..], group - optics.lamps, factor, tint);
                 }
                 vertex = Some((x, normal));
-                for (factor, m) in self.factors.iter().zip(&optics.exitance) {
-                    add_product(&mut self.value, m, &self.throughput, *factor as f32);
+                for (band, (sum, t)) in self.value.iter_mut().zip(&self.throughput).enumerate() {
+                    *sum += t * optics.direct_in_band(&self.factors, band) as f32;
                 }
             }
             let (a, b) = points.pair(k, 4 * bounce + 2);

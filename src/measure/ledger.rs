@@ -171,9 +171,9 @@ fn daylight_entering(world: &World, optics: &Optics, solved: &Solved, rays: u32,
         let hit = world.caster.closest(&ray);
         tint.reset();
         let landing = follow(world, optics, ray, hit, Fork::Chance(points.get(k, 5)), &mut tint, &mut 0);
-        let Landing::Surface { surface, front, point, mirrored, .. } = landing else { return };
+        let Landing::Surface { surface, front, point, .. } = landing else { return };
         let key = solved.mesh.key_at(surface as usize, front, world.surfaces.list[surface as usize].uv(point));
-        if (mirrored && !allow_mirrors) || solved.mesh.find(key) == NO_ELEMENT {
+        if (tint.mirrors > 0 && !allow_mirrors) || solved.mesh.find(key) == NO_ELEMENT {
             return;
         }
         let flux = irradiance * PI * RADIUS * RADIUS / f64::from(rays);

@@ -20,7 +20,7 @@ mod run;
 mod statement;
 mod view;
 
-pub use coefficients::{Coefficients, ESTIMATES, GridCoefficients};
+pub use coefficients::{Coefficients, ESTIMATES, GridCoefficients, SunScratch};
 pub use options::{Display, Method, Progress, Silent, SolveOptions};
 pub use remarks::remarks;
 pub use result::*;

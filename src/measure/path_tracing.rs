@@ -19,8 +19,8 @@ use crate::scene::{Grid, Sensor};
 use crate::transport::caster::Ray;
 use crate::transport::points::{Points, seed};
 use crate::transport::{
-    DirectScratch, Fork, Kind, Landing, LightPart, Optics, SUN, Tint, World, chance_weight, cosine_direction, follow,
-    one_place_lx, sun_direction, through_panes, transmittance_out, transmittance_to,
+    DirectScratch, Fork, Kind, Landing, LightPart, Optics, SUN, Tint, World, chance_weight, cosine_direction, deposit,
+    follow, one_place_lx, pass_out, sun_direction, through_panes, transmittance_to,
 };
 
 /// Independent batches.
@@ -78,7 +78,7 @@ impl<'a> Tracer<'a> {
             tint: Tint::new(optics.pad),
             throughput: vec![1.0; optics.pad],
             path: vec![0.0; optics.pad],
-            direct: vec![0.0; world.groups()],
+            direct: vec![0.0; optics.columns()],
             met_outside: false,
             odds,
             cast: 0,
@@ -128,32 +128,31 @@ impl<'a> Tracer<'a> {
     }
 
     /// Sun and sky by one ray each.
-    fn daylight(
-        &mut self,
-        x: DVec3,
-        normal: DVec3,
-        points: &Points,
-        k: u32,
-        dimension: u32,
-    ) -> [Option<(usize, f64)>; 2] {
-        self.world.daylight().map_or([None, None], |_| {
-            let place = (points.get(k, dimension + 2), points.get(k, dimension + 3), points.get(k, dimension + 4));
-            let sky = through_panes(self.world, (x, normal), place, &mut self.cast);
-            [self.sun(x, normal, points, k, dimension), sky]
-        })
+    fn daylight(&mut self, (x, normal): (DVec3, DVec3), points: &Points, k: u32, dimension: u32, is_direct: bool) {
+        if self.world.daylight().is_none() {
+            return;
+        }
+        self.tint.reset();
+        let place = (points.get(k, dimension + 2), points.get(k, dimension + 3), points.get(k, dimension + 4));
+        let panes = &self.optics.speculars;
+        let sky = through_panes(self.world, panes, (x, normal), place, &mut self.tint, &mut self.cast);
+        if let Some((group, factor)) = sky {
+            self.add(group, factor, is_direct);
+        }
+        self.tint.reset();
+        if let Some(cosine) = self.sun((x, normal), points.pair(k, dimension)) {
+            self.add(self.optics.lamps + SUN, cosine, is_direct);
+        }
     }
 
-    /// The sun's light by one point of its disc, per unit of its irradiance face on, with its group.
-    fn sun(&mut self, x: DVec3, normal: DVec3, points: &Points, k: u32, dimension: u32) -> Option<(usize, f64)> {
+    /// The sun's light by one point of its disc, per unit of its irradiance face on, less what the tint tells.
+    fn sun(&mut self, (x, normal): (DVec3, DVec3), (a, b): (f64, f64)) -> Option<f64> {
         let sun = self.world.daylight().and_then(|d| d.sun)?;
-        let (a, b) = points.pair(k, dimension);
         let direction = sun_direction(&crate::light::sun::disc(sun), a, b);
         let cosine = normal.dot(direction);
-        if cosine <= 0.0 || direction.z <= 0.0 {
-            return None;
-        }
-        let left = transmittance_out(self.world, x, direction, &mut self.cast);
-        (left > 0.0).then(|| (self.optics.lamps + SUN, left * cosine))
+        let is_up = cosine > 0.0 && direction.z > 0.0;
+        let panes = &self.optics.speculars;
+        (is_up && pass_out(self.world, panes, x, direction, &mut self.tint, &mut self.cast)).then_some(cosine)
     }
 
     /// One path: direct light at its start is left in `self.direct`, all else in `self.path`. Was the start free?
@@ -162,12 +161,11 @@ impl<'a> Tracer<'a> {
         self.direct.fill(0.0);
         self.throughput.fill(1.0);
         self.met_outside = false;
+        self.tint.reset();
         if let Some((group, factor)) = self.next_event(start, facing, points, k, 0) {
-            self.direct[group] += factor;
+            self.add(group, factor, true);
         }
-        for (group, factor) in self.daylight(start, facing, points, k, 8).into_iter().flatten() {
-            self.direct[group] += factor;
-        }
+        self.daylight((start, facing), points, k, 8, true);
         let (mut x, mut normal) = (start, facing);
         for bounce in 0..MAX_BOUNCES {
             let base = bounce * STRIDE;
@@ -213,12 +211,11 @@ impl<'a> Tracer<'a> {
             }
             normal = s.side_normal(front);
             x = self.world.lift(s.point(s.uv(point)), normal);
-            let lamp = self.next_event(x, normal, points, k, base + STRIDE);
-            let daylight = self.daylight(x, normal, points, k, base + STRIDE + 8);
             self.tint.reset();
-            for (group, factor) in lamp.into_iter().chain(daylight.into_iter().flatten()) {
+            if let Some((group, factor)) = self.next_event(x, normal, points, k, base + STRIDE) {
                 self.add(group, factor, false);
             }
+            self.daylight((x, normal), points, k, base + STRIDE + 8, false);
         }
         true
     }
@@ -228,6 +225,10 @@ impl<'a> Tracer<'a> {
         if is_direct && !self.tint.coloured {
             self.direct[group] += weight * f64::from(self.tint.scale);
             return;
+        }
+        if is_direct && group >= self.optics.lamps {
+            let lamps = self.optics.lamps;
+            return deposit(&mut self.direct[lamps..], group - lamps, weight, &self.tint);
         }
         for band in 0..self.path.len() {
             let share = self.tint.share(band) * weight as f32;
@@ -290,7 +291,7 @@ impl Tracer<'_> {
         let bands = |b: &Batch| -> Vec<f64> {
             (0..n)
                 .map(|band| {
-                    let direct = self.direct_band(&b.direct, band);
+                    let direct = self.optics.direct_in_band(&b.direct, band);
                     (b.reflected[band] + direct) / b.paths
                 })
                 .collect()
@@ -326,16 +327,12 @@ impl Tracer<'_> {
         result
     }
 
-    fn direct_band(&self, direct: &[f64], band: usize) -> f64 {
-        direct.iter().zip(&self.optics.exitance).map(|(f, m)| f * f64::from(m[band])).sum()
-    }
-
     fn batch(&mut self, probe: &Probe, stream: u64, paths: u32) -> Batch {
         let points = Points::new(stream);
         let mut batch = Batch {
             reflected: vec![0.0; self.optics.pad],
             external: vec![0.0; self.optics.pad],
-            direct: vec![0.0; self.world.groups()],
+            direct: vec![0.0; self.optics.columns()],
             paths: 0.0,
         };
         for k in 0..paths {
@@ -364,7 +361,9 @@ impl Tracer<'_> {
         let probe = Probe { position: x, normal, status: Status::Ok };
         let batch = self.batch(&probe, stream, paths);
         (0..self.optics.pad)
-            .map(|band| ((batch.reflected[band] + self.direct_band(&batch.direct, band)) / batch.paths) as f32)
+            .map(|band| {
+                ((batch.reflected[band] + self.optics.direct_in_band(&batch.direct, band)) / batch.paths) as f32
+            })
             .collect()
     }
 }

@@ -19,7 +19,7 @@ use crate::scene::{MaterialKind, Scene};
 use crate::spectrum::{Bands, SpectralValue, Spectrum};
 use crate::transport::caster::{MISS, Ray};
 use crate::transport::points::seed;
-use crate::transport::{Optics, World};
+use crate::transport::{GlazingUnit, Optics, Pane, World};
 
 /// Paths from a pixel, at most: a picture has many pixels and the eye averages.
 const PIXEL_PATHS: u64 = 256;
@@ -52,6 +52,7 @@ pub fn solve(scene: &Scene, options: &SolveOptions, progress: &dyn Progress) -> 
         warnings: scene.warnings.clone(),
         ..Record::default()
     };
+    record.settings.extend(glazings(scene, &optics.bands));
     if let Some(light) = world.daylight() {
         record.settings.extend(light.facts.iter().map(|(name, value)| Setting {
             name: name.clone(),
@@ -111,13 +112,43 @@ pub fn coefficients(
     record.timings_s.append(&mut adapted.timings);
     describe(&task, &adapted, &mut record);
     record.left_out.extend(omissions(&task));
-    let found = task.coefficients(&adapted, parts, world.clone())?;
+    let found = task.coefficients(&adapted, parts)?;
     record.timings_s.push(("coefficients".into(), start.elapsed().as_secs_f64()));
     Ok((found, record))
 }
 
 fn no_face() -> Error {
     Error::impossible("no geometry: the scene has no face").mend("add faces to a file of [geometry]")
+}
+
+/// What the glass of a scene does, told in the terms of data sheets and of other programs: luminous values for light of
+/// equal energy.
+fn glazings<'a>(scene: &'a Scene, bands: &'a Bands) -> impl Iterator<Item = Setting> + 'a {
+    scene.materials.iter().filter_map(|m| {
+        let MaterialKind::Glass { panes, refractive_index } = &m.kind else { return None };
+        let units = GlazingUnit::in_bands(panes, *refractive_index, &|v| bands.reflectance(v));
+        let luminous = |of: &dyn Fn(&GlazingUnit) -> f64| {
+            let whole = bands.xyz(&vec![1.0; bands.len()])[1];
+            bands.xyz(&units.iter().map(of).collect::<Vec<f64>>())[1] / whole
+        };
+        let transmittance = luminous(&|u| u.shares(1.0).passed);
+        let reflected = |side: usize| luminous(&|u| u.shares(1.0).reflected[side]);
+        let transmissivity = match Pane::bare(transmittance, *refractive_index) {
+            Pane::Bare { internal, .. } => internal,
+            Pane::Coated(_) => return None,
+        };
+        let value = format!(
+            "transmittance {transmittance:.4}, transmissivity {transmissivity:.4}, reflectance front {:.4} and back {:.4}, hemispherical transmittance {:.4}",
+            reflected(1),
+            reflected(0),
+            luminous(&|u| u.hemispherical_transmittance()),
+        );
+        let why = format!(
+            "{} pane(s), n = {refractive_index}, at normal incidence; the transmissivity is that of one pane of the same transmittance",
+            units[0].panes.len()
+        );
+        Some(Setting { name: format!("glass {}", m.name), value, why })
+    })
 }
 
 /// Tells of emitting faces inside closed solids: their light stays there.
@@ -179,7 +210,7 @@ fn plan_bands(
         match &m.kind {
             MaterialKind::Diffuse { front, back } => reflectances.extend([(front, *a), (back, *a)]),
             MaterialKind::Mirror { reflectance } => reflectances.push((reflectance, *a)),
-            MaterialKind::Glass { transmittance, .. } => reflectances.push((transmittance, *a)),
+            MaterialKind::Glass { panes, .. } => reflectances.extend(panes.values().into_iter().map(|v| (v, *a))),
         }
         lights.extend(m.emission.as_ref().map(|e| (&e.radiance, *a)));
     }

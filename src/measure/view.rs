@@ -402,8 +402,7 @@ impl Painter<'_> {
         let rho = optics.rho(material, sight.front);
         let emitted = world.group(sight.surface, sight.front).map(|g| &optics.exitance[g]);
         for band in 0..optics.pad {
-            let arriving: f32 =
-                reflected[band] + direct.iter().zip(&optics.exitance).map(|(f, m)| *f as f32 * m[band]).sum::<f32>();
+            let arriving: f32 = reflected[band] + optics.direct_in_band(direct, band) as f32;
             let leaving = rho[band] * arriving + emitted.map_or(0.0, |m| m[band]);
             let left = sight.tint.as_ref().map_or(1.0, |t| t[band]);
             out[band] += weight * left * leaving * std::f32::consts::FRAC_1_PI;

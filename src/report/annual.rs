@@ -3,28 +3,53 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use super::file::write_whole;
+use super::file::{Names, write_whole};
+use super::{Provenance, annual_pictures, annual_tables, year_json};
 use crate::annual::{GridYear, Year};
-use crate::error::{Error, Result};
+use crate::error::{Error, ErrorKind, Result};
+use crate::scene::Scene;
 
 /// Writes a year into `dir`, which is made if it is missing; answers the files written, in order.
 ///
 /// # Errors
-/// Io with the file's name.
-pub fn write_year(dir: &Path, year: &Year) -> Result<Vec<PathBuf>> {
+/// Io with the file's name; internal where a value is not finite.
+pub fn write_year(dir: &Path, scene: &Scene, year: &Year, provenance: &Provenance) -> Result<Vec<PathBuf>> {
     std::fs::create_dir_all(dir).map_err(|e| Error::io(dir, &e))?;
-    let mut files = Vec::new();
-    let mut write = |name: &str, bytes: Vec<u8>| -> Result<()> {
+    check_finite(year)?;
+    let mut names = Names::default();
+    let mut all: Vec<(String, Vec<u8>)> = vec![
+        ("metrics.csv".into(), annual_tables::points(scene.axes, year)?),
+        ("grid_metrics.csv".into(), annual_tables::grids(year)?),
+        ("annual.npy".into(), npy(year, |grid, i| grid.series.of(i))),
+        ("annual_error.npy".into(), npy(year, |grid, i| grid.series.error_of(i))),
+        ("annual.ill".into(), ill(year)),
+        ("sun-up-hours.txt".into(), sun_up_hours(year)),
+    ];
+    for grid in &year.grids {
+        let stem = names.claim(&grid.name, &annual_pictures::ENDINGS);
+        let pictures = annual_pictures::pictures(scene, year, grid)?;
+        all.extend(pictures.into_iter().map(|(ending, bytes)| (format!("{stem}{ending}.png"), bytes)));
+    }
+    let mut record = format!("{:#}", year_json(scene, year, provenance));
+    record.push('\n');
+    all.push(("run.json".into(), record.into_bytes()));
+    let write = |(name, bytes): (String, Vec<u8>)| {
         let path = dir.join(name);
-        write_whole(&path, &bytes)?;
-        files.push(path);
-        Ok(())
+        write_whole(&path, &bytes).map(|()| path)
     };
-    write("annual.npy", npy(year, |grid, i| grid.series.of(i)))?;
-    write("annual_error.npy", npy(year, |grid, i| grid.series.error_of(i)))?;
-    write("annual.ill", ill(year))?;
-    write("sun-up-hours.txt", sun_up_hours(year))?;
-    Ok(files)
+    all.into_iter().map(write).collect()
+}
+
+/// No NaN and no infinity goes out.
+fn check_finite(year: &Year) -> Result<()> {
+    for grid in &year.grids {
+        let s = &grid.series;
+        if let Some(at) = s.lux.iter().zip(&s.error).position(|(v, e)| !v.is_finite() || !e.is_finite()) {
+            let what = format!("grid {:?}, point {}: an hour is not finite", grid.name, at / s.hours.max(1));
+            return Err(Error::new(ErrorKind::Internal, what));
+        }
+    }
+    Ok(())
 }
 
 /// All sensors of all grids by all hours of the file, 32-bit floats, in NumPy's format 1.0: dark hours are zero.

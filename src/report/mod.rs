@@ -4,6 +4,9 @@
 //! is computed here but means, colours and pictures; a value that is not finite is refused, never written.
 
 mod annual;
+mod annual_json;
+mod annual_pictures;
+mod annual_tables;
 mod canvas;
 mod chart;
 mod curves;
@@ -32,6 +35,7 @@ use crate::measure::{Ledger, Measurement, ViewResult};
 use crate::scene::{GridLayout, Scene};
 
 pub use annual::write_year;
+pub use annual_json::year_json;
 pub use chart::write_chart;
 pub use curves::{Curve, CurvePanel, Curves, write_curves};
 pub use polar::write_polar;

@@ -27,6 +27,8 @@ pub(super) fn scene() -> Scene {
         daytime: None,
         luminaires: Vec::new(),
         observers: Vec::new(),
+        occupancy: Default::default(),
+        blinds: Vec::new(),
         axes: Axes::ZUp,
         inputs: vec![InputFile { path: "office.obj".into(), sha256: "00ff".into() }],
         warnings: vec!["the scene says so".into()],

@@ -16,6 +16,7 @@ use serde::{Deserialize, Deserializer};
 use super::luminaire::LuminaireDef;
 use super::sky::{SiteDef, SkyDef};
 use super::suggest;
+use super::usage::{AnnualDef, BlindDef};
 use crate::{Error, Result};
 
 /// A value and where it stands in the file, as a byte offset.
@@ -109,6 +110,11 @@ pub(crate) struct SceneFile {
     /// Luminaires: photometric files and where they hang.
     #[serde(default)]
     pub(crate) luminaires: Vec<At<LuminaireDef>>,
+    /// What a year of daylight is judged by.
+    pub(crate) annual: Option<At<AnnualDef>>,
+    /// Blinds before windows, for a year of daylight.
+    #[serde(default)]
+    pub(crate) blinds: Vec<At<BlindDef>>,
 }
 
 /// Geometry files and how to read them.
@@ -226,8 +232,11 @@ pub(crate) struct MaterialDef {
     pub(crate) reflectance: Option<At<ValueDef>>,
     /// Reflectance of the back where it differs, 0 to 1.
     pub(crate) reflectance_back: Option<At<ValueDef>>,
-    /// Transmittance of clear glass, measured at normal incidence, 0 to 1.
+    /// Transmittance of clear glass, measured at normal incidence on the whole unit, 0 to 1.
     pub(crate) transmittance: Option<At<ValueDef>>,
+    /// Panes of clear glass: their number (1 unless given) if they are equal, or a list from the front of the faces to
+    /// their back, which then tells the transmittance of each.
+    pub(crate) panes: Option<At<PanesDef>>,
     /// Index of refraction of clear glass; 1.52 unless given.
     #[serde(alias = "n")]
     pub(crate) refractive_index: Option<At<f64>>,
@@ -236,6 +245,28 @@ pub(crate) struct MaterialDef {
     /// Stands outside: light that it reflects last counts as external.
     #[serde(default)]
     pub(crate) outside: bool,
+}
+
+/// A number of equal panes, or each pane.
+#[derive(Debug, JsonSchema)]
+#[schemars(untagged)]
+pub(crate) enum PanesDef {
+    /// How many equal uncoated panes, 1 to 8.
+    Count(u32),
+    /// Each, from the front of the faces to their back.
+    List(Vec<At<PaneDef>>),
+}
+
+/// One pane of a glazing unit, as measured at normal incidence.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct PaneDef {
+    /// Transmittance, 0 to 1.
+    pub(crate) transmittance: At<ValueDef>,
+    /// Reflectance of coated glass towards the front of the faces, 0 to 1.
+    pub(crate) reflectance_front: Option<At<ValueDef>>,
+    /// Reflectance of coated glass towards their back, 0 to 1.
+    pub(crate) reflectance_back: Option<At<ValueDef>>,
 }
 
 /// Kind of material.
@@ -473,6 +504,28 @@ impl<'de> Deserialize<'de> for ValueDef {
             Found::List(v) => exactly(&v, "[r, g, b]").map(Self::Rgb),
             Found::Map(_) => Err(D::Error::custom(expected)),
         }
+    }
+}
+
+impl<'de> Deserialize<'de> for PanesDef {
+    fn deserialize<D: Deserializer<'de>>(d: D) -> std::result::Result<Self, D::Error> {
+        struct PanesVisitor;
+        impl<'de> Visitor<'de> for PanesVisitor {
+            type Value = PanesDef;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a number of panes or a list of tables with `transmittance`")
+            }
+            fn visit_i64<E: serde::de::Error>(self, v: i64) -> std::result::Result<PanesDef, E> {
+                u32::try_from(v)
+                    .map(PanesDef::Count)
+                    .map_err(|_| E::invalid_value(serde::de::Unexpected::Signed(v), &self))
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> std::result::Result<PanesDef, A::Error> {
+                Vec::deserialize(SeqAccessDeserializer::new(seq)).map(PanesDef::List)
+            }
+        }
+        d.deserialize_any(PanesVisitor)
     }
 }
 

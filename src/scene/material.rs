@@ -6,9 +6,9 @@
 
 use std::f64::consts::PI;
 
-use super::file::{At, EmissionDef, Kind, MaterialDef, Source, SpectrumDef, ValueDef};
+use super::file::{At, EmissionDef, Kind, MaterialDef, PaneDef, PanesDef, Source, SpectrumDef, ValueDef};
 use super::load::{Files, check_number};
-use super::{Emission, Material, MaterialKind, suggest};
+use super::{Emission, GlassPane, Material, MaterialKind, Panes, suggest};
 use crate::spectrum::{self, Beyond, SpectralValue, Spectrum};
 use crate::{Error, Result};
 
@@ -35,6 +35,7 @@ fn diffuse(files: &mut Files<'_>, name: &str, def: &At<MaterialDef>) -> Result<M
     let m = &def.value;
     refuse(files.source, name, "diffuse", m.transmittance.as_ref().map(|t| t.offset), "transmittance")?;
     refuse(files.source, name, "diffuse", m.refractive_index.as_ref().map(|n| n.offset), "refractive_index")?;
+    refuse(files.source, name, "diffuse", m.panes.as_ref().map(|p| p.offset), "panes")?;
     let front = match &m.reflectance {
         Some(value) => share(files, name, "reflectance", value)?,
         None if m.emission.is_some() => SpectralValue::Grey(0.0),
@@ -53,6 +54,7 @@ fn mirror(files: &mut Files<'_>, name: &str, def: &At<MaterialDef>) -> Result<Ma
     let others = [
         (m.transmittance.as_ref().map(|t| t.offset), "transmittance"),
         (m.refractive_index.as_ref().map(|n| n.offset), "refractive_index"),
+        (m.panes.as_ref().map(|p| p.offset), "panes"),
         (m.reflectance_back.as_ref().map(|r| r.offset), "reflectance_back"),
         (m.emission.as_ref().map(|e| e.offset), "emission"),
     ];
@@ -76,26 +78,98 @@ fn glass(files: &mut Files<'_>, name: &str, def: &At<MaterialDef>) -> Result<Mat
         refuse(files.source, name, "glass", offset, key)?;
     }
     let refractive_index = refractive_index(files.source, name, m.refractive_index.as_ref())?;
+    let (count, offset) = match m.panes.as_ref().map(|p| (&p.value, p.offset)) {
+        None => (1, def.offset),
+        Some((PanesDef::Count(count), offset)) => (*count as usize, offset),
+        Some((PanesDef::List(list), offset)) => {
+            if let Some(whole) = &m.transmittance {
+                let message = format!("material \"{name}\": each pane tells its transmittance, and the whole unit too");
+                return Err(files.source.malformed(whole.offset, message).mend("remove one of the two"));
+            }
+            check_count(files.source, name, list.len(), offset)?;
+            let list = list.iter().map(|p| pane(files, name, &p.value, refractive_index)).collect::<Result<_>>()?;
+            return Ok(MaterialKind::Glass { panes: Panes::Listed(list), refractive_index });
+        }
+    };
+    check_count(files.source, name, count, offset)?;
     let value = m.transmittance.as_ref().ok_or_else(|| missing(files.source, name, def, "transmittance"))?;
-    let transmittance = share(files, name, "transmittance", value)?;
-    let most = clear_transmittance(refractive_index);
-    if transmittance.max() > most + 1e-9 {
-        let message = format!(
-            "material \"{name}\": transmittance {} is more than a clear pane of n = {refractive_index} passes at normal incidence, {most:.4}",
-            transmittance.max()
-        );
-        return Err(files.source.impossible(value.offset, message).mend(
-            "give the measured transmittance at normal incidence (not the transmissivity), or `refractive_index` of the coated pane",
-        ));
-    }
-    Ok(MaterialKind::Glass { transmittance, refractive_index })
+    let transmittance = clear_share(files, name, value, count, refractive_index)?;
+    Ok(MaterialKind::Glass { panes: Panes::Alike { count, transmittance }, refractive_index })
 }
 
-/// Normal transmittance of a slab that absorbs nothing, with all reflections between its faces:
-/// T = (1 − r)/(1 + r), r = ((n − 1)/(n + 1))².
-fn clear_transmittance(n: f64) -> f64 {
+/// Most panes of a unit.
+const MOST_PANES: usize = 8;
+
+fn check_count(source: Source<'_>, name: &str, count: usize, offset: usize) -> Result<()> {
+    if (1..=MOST_PANES).contains(&count) {
+        return Ok(());
+    }
+    let message = format!("material \"{name}\": {count} panes; a glazing unit has 1 to {MOST_PANES}");
+    Err(source.malformed(offset, message).mend("panes = 2 is double glazing"))
+}
+
+/// The transmittance of uncoated panes: no more than they pass if nothing is absorbed.
+fn clear_share(
+    files: &mut Files<'_>,
+    name: &str,
+    value: &At<ValueDef>,
+    count: usize,
+    refractive_index: f64,
+) -> Result<SpectralValue> {
+    let transmittance = share(files, name, "transmittance", value)?;
+    let most = clear_transmittance(count, refractive_index);
+    if transmittance.max() <= most + 1e-9 {
+        return Ok(transmittance);
+    }
+    let what = if count == 1 { "a clear pane".to_owned() } else { format!("{count} clear panes") };
+    let message = format!(
+        "material \"{name}\": transmittance {} is more than {what} of n = {refractive_index} can pass at normal incidence, {most:.4}",
+        transmittance.max()
+    );
+    let mend = "give the measured transmittance at normal incidence (not the transmissivity), or list coated panes with their reflectances";
+    Err(files.source.impossible(value.offset, message).mend(mend))
+}
+
+fn pane(files: &mut Files<'_>, name: &str, def: &PaneDef, refractive_index: f64) -> Result<GlassPane> {
+    let value = &def.transmittance;
+    let (front, back) = match (&def.reflectance_front, &def.reflectance_back) {
+        (None, None) => {
+            let transmittance = clear_share(files, name, value, 1, refractive_index)?;
+            return Ok(GlassPane { transmittance, reflectance: None });
+        }
+        (Some(front), Some(back)) => (front, back),
+        (Some(one), None) | (None, Some(one)) => {
+            let message = format!("material \"{name}\": a coated pane needs the reflectances of both of its sides");
+            let mend = "state reflectance_front and reflectance_back, or neither for uncoated glass";
+            return Err(files.source.malformed(one.offset, message).mend(mend));
+        }
+    };
+    let transmittance = share(files, name, "transmittance", value)?;
+    let mut sides = Vec::new();
+    for (key, side) in [("reflectance_back", back), ("reflectance_front", front)] {
+        let reflectance = share(files, name, key, side)?;
+        if let Some((nm, sum)) = beyond_one(&transmittance, &reflectance) {
+            let message = format!("material \"{name}\": transmittance and {key} of a pane sum to {sum:.4} at {nm} nm");
+            return Err(files.source.impossible(side.offset, message).mend("together they are at most 1"));
+        }
+        sides.push(reflectance);
+    }
+    let reflectance = sides.try_into().ok();
+    Ok(GlassPane { transmittance, reflectance })
+}
+
+/// Where two shares of the same light sum to more than one, by more than rounding to three digits explains.
+fn beyond_one(a: &SpectralValue, b: &SpectralValue) -> Option<(f64, f64)> {
+    let (a, b) = (a.to_spectrum(), b.to_spectrum());
+    let sums = a.knots_nm().iter().chain(b.knots_nm()).map(|nm| (*nm, a.at(*nm) + b.at(*nm)));
+    sums.max_by(|p, q| p.1.total_cmp(&q.1)).filter(|(_, sum)| *sum > 1.0 + 1e-3)
+}
+
+/// Normal transmittance of panes that absorb nothing, with all reflections between their faces (Stokes 1862):
+/// T = (1 − r)/(1 + (2N − 1) r), r = ((n − 1)/(n + 1))².
+fn clear_transmittance(panes: usize, n: f64) -> f64 {
     let r = ((n - 1.0) / (n + 1.0)).powi(2);
-    (1.0 - r) / (1.0 + r)
+    (1.0 - r) / (1.0 + (2 * panes - 1) as f64 * r)
 }
 
 fn refractive_index(source: Source<'_>, name: &str, def: Option<&At<f64>>) -> Result<f64> {
@@ -111,7 +185,7 @@ fn refractive_index(source: Source<'_>, name: &str, def: Option<&At<f64>>) -> Re
 fn refuse(source: Source<'_>, name: &str, kind: &str, offset: Option<usize>, key: &str) -> Result<()> {
     let Some(offset) = offset else { return Ok(()) };
     let mend = match key {
-        "transmittance" | "refractive_index" => "set kind = \"glass\", or remove the key",
+        "transmittance" | "refractive_index" | "panes" => "set kind = \"glass\", or remove the key",
         "emission" => "only diffuse faces emit: give the lamp a face of its own",
         _ => "remove the key, or choose another kind",
     };
@@ -298,7 +372,7 @@ mod tests {
     #[test]
     fn a_clear_pane_of_window_glass_passes_92_percent() {
         // r = (0.52/2.52)² = 0.042580; (1 − r)/(1 + r)
-        assert!((clear_transmittance(1.52) - 0.918_318).abs() < 1e-6);
-        assert_eq!(clear_transmittance(1.0), 1.0);
+        assert!((clear_transmittance(1, 1.52) - 0.918_318).abs() < 1e-6);
+        assert_eq!(clear_transmittance(3, 1.0), 1.0);
     }
 }

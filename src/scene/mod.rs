@@ -22,6 +22,7 @@ mod sky;
 mod suggest;
 #[cfg(test)]
 mod tests;
+mod usage;
 mod view;
 
 use std::path::PathBuf;
@@ -33,6 +34,7 @@ pub use file::json_schema;
 pub use load::load;
 pub use luminaire::LuminaireRow;
 pub use sky::{Amount, ClockTime, Daytime, Placed, Site, SkyName};
+pub use usage::{Blind, BlindControl, Occupancy};
 
 use crate::spectrum::{BandMode, SpectralValue, Spectrum};
 
@@ -68,6 +70,10 @@ pub struct Scene {
     pub daytime: Option<Daytime>,
     /// Luminaires, table by table.
     pub luminaires: Vec<LuminaireRow>,
+    /// Hours of presence, for a year of daylight.
+    pub occupancy: Occupancy,
+    /// Blinds before windows, for a year of daylight.
+    pub blinds: Vec<Blind>,
     /// The user's axes.
     pub axes: Axes,
     /// Files read, with SHA-256 of their bytes in hexadecimal, in reading order.
@@ -158,13 +164,50 @@ pub enum MaterialKind {
         /// Specular reflectance.
         reflectance: SpectralValue,
     },
-    /// A thin clear pane: passes light straight on, Fresnel reflection at both faces.
+    /// A thin clear glazing unit: passes light straight on, reflects it at every face.
     Glass {
-        /// Measured transmittance at normal incidence (not transmissivity).
-        transmittance: SpectralValue,
-        /// Index of refraction.
+        /// Its panes.
+        panes: Panes,
+        /// Index of refraction of uncoated panes.
         refractive_index: f64,
     },
+}
+
+/// The panes of a glazing unit.
+#[derive(Clone, Debug)]
+pub enum Panes {
+    /// Equal uncoated panes.
+    Alike {
+        /// How many.
+        count: usize,
+        /// Measured transmittance of the whole unit at normal incidence (not transmissivity).
+        transmittance: SpectralValue,
+    },
+    /// Each by its own measured values, from the front of the face to its back.
+    Listed(Vec<GlassPane>),
+}
+
+impl Panes {
+    /// All spectral values that describe them.
+    #[must_use]
+    pub fn values(&self) -> Vec<&SpectralValue> {
+        match self {
+            Self::Alike { transmittance, .. } => vec![transmittance],
+            Self::Listed(list) => list
+                .iter()
+                .flat_map(|p| std::iter::once(&p.transmittance).chain(p.reflectance.iter().flatten()))
+                .collect(),
+        }
+    }
+}
+
+/// One pane of a glazing unit.
+#[derive(Clone, Debug)]
+pub struct GlassPane {
+    /// Measured transmittance at normal incidence.
+    pub transmittance: SpectralValue,
+    /// Measured reflectances of back and front at normal incidence; none for uncoated glass, whose index tells them.
+    pub reflectance: Option<[SpectralValue; 2]>,
 }
 
 /// Light of a surface's own, Lambertian.

@@ -223,6 +223,43 @@ fn luminaires_that_cannot_hang_name_line_and_mend() {
 }
 
 #[test]
+fn glazing_units_are_judged() {
+    let glass = |rest: &str| format!("[materials.wall]\nkind = \"glass\"\n{rest}\n");
+    let s = scene_of(&glass("transmittance = 0.78\npanes = 2")).unwrap();
+    assert!(matches!(&s.materials[0].kind, MaterialKind::Glass { panes: Panes::Alike { count: 2, .. }, .. }));
+    let coated = "{ transmittance = 0.82, reflectance_front = 0.11, reflectance_back = 0.05 }";
+    let s = scene_of(&glass(&format!("panes = [{{ transmittance = 0.88 }}, {coated}]"))).unwrap();
+    let MaterialKind::Glass { panes: Panes::Listed(list), .. } = &s.materials[0].kind else { panic!() };
+    assert!(list[0].reflectance.is_none());
+    // Back, then front.
+    assert_eq!(list[1].reflectance.as_ref().unwrap().each_ref().map(|r| r.max()), [0.05, 0.11]);
+    for (rest, want) in [
+        // Two clear panes pass (1 − r)/(1 + 3r), r = 0.042580.
+        (
+            "transmittance = 0.86\npanes = 2",
+            "s.toml:7: material \"wall\": transmittance 0.86 is more than 2 clear panes",
+        ),
+        ("transmittance = 0.8\npanes = 0", "s.toml:8: material \"wall\": 0 panes"),
+        ("transmittance = 0.8\npanes = 9", "1 to 8"),
+        ("transmittance = 0.8\npanes = -1", "a number of panes or a list of tables"),
+        ("panes = 2", "has no `transmittance`"),
+        ("panes = []", "0 panes"),
+        ("transmittance = 0.8\npanes = [{ transmittance = 0.9 }]", "each pane tells its transmittance"),
+        ("panes = [{ transmittance = 0.93 }]", "more than a clear pane"),
+        ("panes = [{ transmittance = 0.8, reflectance_front = 0.1 }]", "both of its sides"),
+        (
+            "panes = [{ transmittance = 0.8, reflectance_front = 0.1, reflectance_back = 0.3 }]",
+            "transmittance and reflectance_back of a pane sum to 1.1000",
+        ),
+        ("panes = [{ transmitance = 0.8 }]", "unknown key `transmitance`\n  mend: did you mean `transmittance`?"),
+    ] {
+        let e = error(&glass(rest));
+        assert!(e.contains(want), "{rest} gave {e}");
+    }
+    assert!(error("[materials.wall]\nreflectance = 0.5\npanes = 2\n").contains("a diffuse material has no `panes`"));
+}
+
+#[test]
 fn what_is_not_built_is_refused_by_name() {
     let e = error(&format!("{WALL}[materials.t]\nkind = \"translucent\"\n"));
     assert!(e.contains("s.toml:8: material \"t\": kind = \"translucent\" is not supported"), "{e}");

@@ -110,6 +110,10 @@ impl Block<'_> {
                 d
             })
             .collect();
+        for (i, irradiance) in &replica.tinted {
+            let (d, irradiance) = (&mut direct[*i as usize], self.lanes(irradiance));
+            *d = std::array::from_fn(|l| d[l] + irradiance[l]);
+        }
         let per_ray = 1.0 / self.rows.rays as f64;
         for seen in &replica.mirrored {
             let (d, m) = (&mut direct[seen.element as usize], &exitance[seen.group as usize]);

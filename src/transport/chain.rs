@@ -6,7 +6,8 @@
 use glam::DVec3;
 
 use super::caster::{Hit, MISS, Ray};
-use super::optics::{Optics, Specular};
+use super::optics::Optics;
+use super::specular::Specular;
 use super::world::{Kind, World};
 
 /// Mirrors and panes along one chain; what is longer is counted as lost.
@@ -25,14 +26,14 @@ pub enum Landing {
         point: DVec3,
         /// Length of the chain.
         distance: f64,
-        /// It came by a mirror (or a coloured pane), so direct light does not already count emission seen here.
+        /// It came by a mirror or a coloured pane, so direct light does not already count emission seen here.
         mirrored: bool,
     },
     /// Out of the scene.
     Escaped {
         /// Where to.
         direction: DVec3,
-        /// It came by a mirror (or a coloured pane), so direct light does not already count what is seen there.
+        /// It came by a mirror, so direct light does not already count what is seen there.
         mirrored: bool,
     },
     /// Inside a solid: the start of the ray is covered.
@@ -52,13 +53,22 @@ pub struct Tint {
     pub coloured: bool,
     /// Panes met.
     pub panes: u32,
+    /// Reflections.
+    pub mirrors: u32,
+}
+
+impl Default for Tint {
+    /// For light that is the same in all bands.
+    fn default() -> Self {
+        Self::new(0)
+    }
 }
 
 impl Tint {
     /// Nothing taken.
     #[must_use]
     pub fn new(pad: usize) -> Self {
-        Self { scale: 1.0, bands: vec![1.0; pad], coloured: false, panes: 0 }
+        Self { scale: 1.0, bands: vec![1.0; pad], coloured: false, panes: 0, mirrors: 0 }
     }
 
     /// Nothing taken, again.
@@ -69,6 +79,7 @@ impl Tint {
         self.scale = 1.0;
         self.coloured = false;
         self.panes = 0;
+        self.mirrors = 0;
     }
 
     /// Share left in one band.
@@ -78,16 +89,11 @@ impl Tint {
         self.scale * self.bands[band]
     }
 
-    fn take(&mut self, shares: impl ExactSizeIterator<Item = f32> + Clone) {
-        let mut all = shares.clone();
-        let first = all.next().unwrap_or(0.0);
-        if all.all(|s| s == first) {
-            self.scale *= first;
-        } else {
-            self.coloured = true;
-            for (b, s) in self.bands.iter_mut().zip(shares) {
-                *b *= s;
-            }
+    /// Takes a share of its own from each of the bands.
+    pub(super) fn take(&mut self, bands: usize, share: impl Fn(usize) -> f32) {
+        self.coloured = true;
+        for (band, b) in self.bands[..bands].iter_mut().enumerate() {
+            *b *= share(band);
         }
     }
 }
@@ -113,10 +119,12 @@ pub fn follow(
     rays: &mut u64,
 ) -> Landing {
     let mut distance = 0.0;
-    let mut mirrored = false;
+    // A coloured pane was passed: lamps behind it are left to chance.
+    let mut coloured = false;
     for _ in 0..MAX_LINKS {
         if hit.surface == MISS {
-            return Landing::Escaped { direction: DVec3::from_array(ray.direction.map(f64::from)), mirrored };
+            let direction = DVec3::from_array(ray.direction.map(f64::from));
+            return Landing::Escaped { direction, mirrored: tint.mirrors > 0 };
         }
         let surface = &world.surfaces.list[hit.surface as usize];
         let direction = DVec3::from_array(ray.direction.map(f64::from));
@@ -128,34 +136,33 @@ pub fn follow(
             if surface.solid && !front {
                 return Landing::Covered;
             }
+            let mirrored = tint.mirrors > 0 || coloured;
             return Landing::Surface { surface: hit.surface, front, point, distance, mirrored };
         }
         let normal = surface.side_normal(front);
-        let reflected = (direction - surface.normal * (2.0 * cosine)).normalize();
-        let n = optics.bands.len();
-        let (next, side) = match &optics.specular[surface.material] {
-            Specular::Mirror(rho) => {
-                mirrored = true;
-                tint.take(rho[..n].iter().copied());
-                (reflected, normal)
-            }
-            Specular::Glass(panes) => {
-                let by_band: Vec<(f64, f64)> = panes.iter().map(|p| p.by_angle(cosine.abs())).collect();
-                let (t, r) = by_band.iter().fold((0.0, 0.0), |s, b| (s.0 + b.0, s.1 + b.1));
-                let (reflects, odds) = fork.choose(r / (t + r).max(1e-300), tint.panes);
+        let specular = optics.speculars.of(world, hit.surface);
+        let (reflects, odds) = match specular {
+            Specular::Glass(glazing) => {
+                let mean = glazing.mean(cosine.abs());
+                let (t, r) = (mean.passed, mean.reflected[usize::from(front)]);
                 tint.panes += 1;
-                if reflects {
-                    mirrored = true;
-                    tint.take(by_band.iter().map(|b| (b.1 / odds) as f32));
-                    (reflected, normal)
-                } else {
-                    mirrored |= world.pane(hit.surface).is_none();
-                    tint.take(by_band.iter().map(|b| (b.0 / odds) as f32));
-                    (direction, -normal)
-                }
+                fork.choose(r / (t + r).max(1e-300), tint.panes - 1)
             }
-            Specular::None => return Landing::Lost,
+            _ => (true, 1.0),
         };
+        let (next, side) = match specular {
+            Specular::Glass(glazing) if !reflects => {
+                coloured |= !glazing.is_grey();
+                tint.pass(glazing, cosine.abs());
+                (direction, -normal)
+            }
+            _ => {
+                tint.mirrors += 1;
+                tint.reflect(specular, cosine.abs(), front);
+                ((direction - surface.normal * (2.0 * cosine)).normalize(), normal)
+            }
+        };
+        tint.scale /= odds as f32;
         if tint.scale == 0.0 {
             return Landing::Lost;
         }

@@ -8,7 +8,11 @@
 use glam::DVec3;
 
 use super::caster::{MISS, Ray};
+use super::chain::Tint;
+use super::glass::Glazing;
+use super::optics::Optics;
 use super::points::{Points, seed};
+use super::specular::Speculars;
 use super::visible::{Piece, Visible, cone_planes};
 use super::world::{Kind, World};
 use crate::light::{above_plane, configuration_factor, sun};
@@ -50,6 +54,10 @@ pub(super) struct SkyScratch {
     cut: Vec<DVec3>,
     /// Where triangles are not divided further; `None` for elements.
     limit: Option<f64>,
+    /// Mirrors and panes in the bands of the run, where any is coloured.
+    coloured: Option<Speculars>,
+    tint: Tint,
+    through: Vec<u32>,
 }
 
 impl SkyScratch {
@@ -58,14 +66,36 @@ impl SkyScratch {
         let limit = (FINE_QUADRATURE * (tolerance / 0.01).powi(2)).clamp(1e-5, QUADRATURE);
         Self { limit: Some(limit), ..Self::default() }
     }
+
+    pub(super) fn in_bands(mut self, optics: &Optics) -> Self {
+        if optics.speculars.are_coloured() {
+            self.coloured = Some(optics.speculars.clone());
+            self.tint = Tint::new(optics.pad);
+        }
+        self
+    }
+}
+
+/// Adds light of a group of daylight that came through a tint: to the factor of the group, or band by band behind the
+/// factors of all (see [`Optics::columns`]). `out` begins with daylight's own groups.
+pub fn deposit(out: &mut [f64], group: usize, value: f64, tint: &Tint) {
+    if !tint.coloured {
+        out[group] += value * f64::from(tint.scale);
+        return;
+    }
+    let pad = tint.bands.len();
+    let from = DAYLIGHT_GROUPS + group * pad;
+    for (band, sum) in out[from..from + pad].iter_mut().enumerate() {
+        *sum += value * f64::from(tint.share(band));
+    }
 }
 
 /// What becomes of the parts of sky and ground that a point sees.
 trait Receiver {
     /// A piece that is seen whole.
-    fn piece(&mut self, eye: &Eye<'_>, piece: &Piece, group: usize);
-    /// A direction that chance chose: what is left of its light, and its share of the projected solid angle, sr.
-    fn ray(&mut self, eye: &Eye<'_>, direction: DVec3, left: f64, weight: f64, group: usize);
+    fn piece(&mut self, eye: &Eye<'_>, piece: &Piece, group: usize, tint: &mut Tint);
+    /// A direction that chance chose, with its share of the projected solid angle, sr; and the panes on the way.
+    fn ray(&mut self, eye: &Eye<'_>, direction: DVec3, panes: (&Tint, &[u32]), weight: f64, group: usize);
 }
 
 /// Sums of all light of sky and ground.
@@ -75,12 +105,12 @@ struct Totals<'a> {
 }
 
 impl Receiver for Totals<'_> {
-    fn piece(&mut self, eye: &Eye<'_>, piece: &Piece, group: usize) {
-        self.out[group] += eye.integrate(piece, group, self.limit);
+    fn piece(&mut self, eye: &Eye<'_>, piece: &Piece, group: usize, tint: &mut Tint) {
+        eye.integrate(piece, group, self.limit, tint, self.out);
     }
 
-    fn ray(&mut self, eye: &Eye<'_>, direction: DVec3, left: f64, weight: f64, group: usize) {
-        self.out[group] += left * weight * eye.luminance(group, direction);
+    fn ray(&mut self, eye: &Eye<'_>, direction: DVec3, (tint, _): (&Tint, &[u32]), weight: f64, group: usize) {
+        deposit(self.out, group, weight * eye.luminance(group, direction), tint);
     }
 }
 
@@ -88,11 +118,28 @@ impl Receiver for Totals<'_> {
 struct Directions<'a> {
     width: f64,
     count: u64,
-    visit: &'a mut dyn FnMut(DVec3, f64),
+    visit: &'a mut dyn FnMut(Seen<'_>),
+}
+
+/// A direction in which a point sees sky or ground.
+#[derive(Clone, Copy, Debug)]
+pub struct Seen<'a> {
+    /// Unit vector.
+    pub direction: DVec3,
+    /// Projected solid angle that it stands for, sr.
+    pub weight: f64,
+    /// What panes leave.
+    pub tint: &'a Tint,
+    /// Their surfaces.
+    pub panes: &'a [u32],
 }
 
 impl Receiver for Directions<'_> {
-    fn piece(&mut self, eye: &Eye<'_>, piece: &Piece, _: usize) {
+    fn piece(&mut self, eye: &Eye<'_>, piece: &Piece, _: usize, tint: &mut Tint) {
+        if eye.is_shut(piece) {
+            return;
+        }
+        let panes = piece.panes();
         eye.points(&piece.polygon, self.width, &mut |[a, b, c], weight| {
             // Anywhere in the triangle: on the whole, as much falls to each side of a border as lies there.
             self.count += 1;
@@ -100,27 +147,29 @@ impl Receiver for Directions<'_> {
             let (u, v) = (unit(chance >> 32), unit(chance & 0xFFFF_FFFF));
             let root = u.sqrt();
             let direction = (a * (1.0 - root) + b * (root * (1.0 - v)) + c * (root * v)).normalize();
-            let panes = piece.panes();
-            let left = if panes.is_empty() { 1.0 } else { eye.passed(panes, direction) };
-            (self.visit)(direction, weight * left);
+            tint.reset();
+            eye.at_panes(panes, direction, |pane, cosine| tint.pass(pane, cosine));
+            (self.visit)(Seen { direction, weight, tint, panes });
         });
     }
 
-    fn ray(&mut self, _: &Eye<'_>, direction: DVec3, left: f64, weight: f64, _: usize) {
-        (self.visit)(direction, left * weight);
+    fn ray(&mut self, _: &Eye<'_>, direction: DVec3, (tint, panes): (&Tint, &[u32]), weight: f64, _: usize) {
+        (self.visit)(Seen { direction, weight, tint, panes });
     }
 }
 
 /// What looks where: a point with its normal, and the seed of the rays it may need.
 struct Eye<'a> {
     world: &'a World,
+    speculars: &'a Speculars,
     x: DVec3,
     normal: DVec3,
     sample: u64,
 }
 
-/// Adds the factors of sky, ground and sun at a point to `out` (three numbers): irradiance per unit of the sky's
-/// horizontal irradiance, of the ground's exitance, of the sun's irradiance face on. Returns rays that chance chose.
+/// Adds the factors of sky, ground and sun at a point to `out` (three numbers, and what came by coloured panes, see
+/// [`deposit`]): irradiance per unit of the sky's horizontal irradiance, of the ground's exitance, of the sun's irradiance
+/// face on. Returns rays that chance chose.
 pub(super) fn daylight(
     world: &World,
     (x, normal): (DVec3, DVec3),
@@ -130,41 +179,53 @@ pub(super) fn daylight(
     out: &mut [f64],
 ) -> u64 {
     let Some(light) = world.daylight() else { return 0 };
-    let eye = Eye { world, x, normal, sample };
+    let coloured = s.coloured.take();
+    let eye = Eye { world, speculars: coloured.as_ref().unwrap_or(world.greys()), x, normal, sample };
     let mut rays = 0;
     if parts == Parts::All {
         let wanted = (light.sky.is_some(), light.ground_reflectance > 0.0);
         let limit = s.limit;
         rays += eye.look(wanted, s, &mut Totals { out, limit });
     }
-    rays + eye.sun(s, &mut out[SUN])
+    rays += eye.sun(s, out);
+    s.coloured = coloured;
+    rays
 }
 
-/// Tells `visit` the directions in which a point sees sky and ground, finer than `width` radians, each with its projected
-/// solid angle times what panes leave of it, sr. Returns rays that chance chose.
+/// Tells `visit` the directions in which a point sees sky and ground, finer than `width` radians. Returns rays that chance
+/// chose.
 pub fn visible_directions(
     world: &World,
     (x, normal): (DVec3, DVec3),
     sample: u64,
     width: f64,
     scratch: &mut super::DirectScratch,
-    visit: &mut dyn FnMut(DVec3, f64),
+    visit: &mut dyn FnMut(Seen<'_>),
 ) -> u64 {
-    Eye { world, x, normal, sample }.look((true, true), &mut scratch.sky, &mut Directions { width, count: 0, visit })
+    let s = &mut scratch.sky;
+    let coloured = s.coloured.take();
+    let eye = Eye { world, speculars: coloured.as_ref().unwrap_or(world.greys()), x, normal, sample };
+    let rays = eye.look((true, true), s, &mut Directions { width, count: 0, visit });
+    s.coloured = coloured;
+    rays
 }
 
-/// Share of the sun's disc about `direction` that a point sees, times its cosine and what panes leave: irradiance per unit
-/// of the irradiance face on.
+/// Adds the factors of the sun's disc about `direction`, wherever the sun of the world stands, to those of daylight: see
+/// [`deposit`]. Returns rays that chance chose.
 pub fn sun_factor(
     world: &World,
     (x, normal): (DVec3, DVec3),
     direction: DVec3,
     sample: u64,
     scratch: &mut super::DirectScratch,
-) -> f64 {
-    let mut out = 0.0;
-    scratch.rays += Eye { world, x, normal, sample }.sun_at(direction, &mut scratch.sky, &mut out);
-    out
+    out: &mut [f64],
+) -> u64 {
+    let s = &mut scratch.sky;
+    let coloured = s.coloured.take();
+    let eye = Eye { world, speculars: coloured.as_ref().unwrap_or(world.greys()), x, normal, sample };
+    let rays = eye.sun_at(direction, s, out);
+    s.coloured = coloured;
+    rays
 }
 
 /// Which of the three lights are wanted.
@@ -215,12 +276,13 @@ impl Eye<'_> {
                 list[*b as usize].area.total_cmp(&list[*a as usize].area).then_with(|| a.cmp(b))
             });
             if s.visible.clip(self.world, self.x, (self.normal, 1e-9), polygon, s.blockers.iter().copied()) {
-                s.visible.pieces.iter().for_each(|piece| out.piece(self, piece, group));
+                let SkyScratch { visible, tint, .. } = s;
+                visible.pieces.iter().for_each(|piece| out.piece(self, piece, group, tint));
                 return 0;
             }
         }
         if depth == MAX_DEPTH {
-            return self.sampled(polygon, group, path, out);
+            return self.sampled(polygon, group, path, s, out);
         }
         let mut rays = 0;
         for (k, part) in divide(polygon).iter().enumerate() {
@@ -242,15 +304,33 @@ impl Eye<'_> {
         polygon.iter().all(|p| s.cover.iter().all(|n| n.dot(*p) >= -1e-12))
     }
 
-    /// Share of light left by the panes of a piece, in a direction.
+    /// What the panes of a piece leave of light in a direction; `each` is told of every pane and the cosine there.
+    fn at_panes(&self, panes: &[u32], direction: DVec3, mut each: impl FnMut(&Glazing, f64)) {
+        for p in panes {
+            let cosine = self.world.surfaces.list[*p as usize].normal.dot(direction).abs();
+            if let Some(pane) = self.speculars.pane(self.world, *p) {
+                each(pane, cosine);
+            }
+        }
+    }
+
+    /// Mean share left by the panes of a piece.
     fn passed(&self, panes: &[u32], direction: DVec3) -> f64 {
-        panes
-            .iter()
-            .map(|p| {
-                let cosine = self.world.surfaces.list[*p as usize].normal.dot(direction).abs();
-                self.world.pane(*p).map_or(0.0, |pane| pane.transmittance(cosine))
-            })
-            .product()
+        let mut left = 1.0;
+        self.at_panes(panes, direction, |pane, cosine| left *= pane.mean(cosine).passed);
+        left
+    }
+
+    /// Light through the panes of a piece.
+    fn enter(&self, panes: &[u32], direction: DVec3, (group, value): (usize, f64), tint: &mut Tint, out: &mut [f64]) {
+        tint.reset();
+        self.at_panes(panes, direction, |pane, cosine| tint.pass(pane, cosine));
+        deposit(out, group, value, tint);
+    }
+
+    /// Does a coloured pane stand before the piece that lets nothing by?
+    fn is_shut(&self, piece: &Piece) -> bool {
+        piece.panes().iter().any(|p| self.speculars.pane(self.world, *p).is_none())
     }
 
     /// Luminance of a direction per unit of its group.
@@ -261,37 +341,49 @@ impl Eye<'_> {
         self.world.daylight().and_then(|d| d.sky).map_or(0.0, |sky| sky.luminance(direction))
     }
 
-    fn integrate(&self, piece: &Piece, group: usize, limit: Option<f64>) -> f64 {
+    /// Sums the light of a piece, finely where a limit is set.
+    fn integrate(&self, piece: &Piece, group: usize, limit: Option<f64>, tint: &mut Tint, out: &mut [f64]) {
         let is_flat = group == GROUND || self.world.daylight().and_then(|d| d.sky).is_some_and(|s| s.is_uniform());
         if is_flat && piece.panes().is_empty() {
-            return configuration_factor(&piece.polygon, self.normal);
+            out[group] += configuration_factor(&piece.polygon, self.normal);
+            return;
         }
+        if self.is_shut(piece) {
+            return;
+        }
+        let is_grey = piece.panes().iter().all(|p| self.speculars.pane(self.world, *p).is_some_and(Glazing::is_grey));
         let Some(limit) = limit else {
-            let mut sum = 0.0;
             self.points(&piece.polygon, ELEMENT_WIDTH, &mut |[a, b, c], weight| {
                 let direction = (a + b + c).normalize();
-                sum += weight * self.passed(piece.panes(), direction) * self.luminance(group, direction);
+                let value = weight * self.luminance(group, direction);
+                if is_grey {
+                    out[group] += value * self.passed(piece.panes(), direction);
+                } else {
+                    self.enter(piece.panes(), direction, (group, value), tint, out);
+                }
             });
-            return sum;
+            return;
         };
-        let f = |p: DVec3| {
+        let light = |p: DVec3| {
             let squared = p.length_squared();
             let length = squared.sqrt();
             let direction = p / length;
-            let light = self.luminance(group, direction) * self.passed(piece.panes(), direction);
-            light * self.normal.dot(direction).max(0.0) / (squared * length)
+            self.luminance(group, direction) * self.normal.dot(direction).max(0.0) / (squared * length)
         };
+        let is_grey = piece.panes().iter().all(|p| self.speculars.pane(self.world, *p).is_some_and(Glazing::is_grey));
+        let left = |p: DVec3| light(p) * self.passed(piece.panes(), p.normalize());
         let first = piece.polygon[0];
-        piece
-            .polygon
-            .windows(2)
-            .skip(1)
-            .map(|e| {
-                let triangle = [first, e[0], e[1]];
-                let volume = first.dot(e[0].cross(e[1])).abs();
-                volume * triangle_integral(&f, triangle, limit, QUADRATURE_DEPTH)
-            })
-            .sum()
+        for e in piece.polygon.windows(2).skip(1) {
+            let triangle = [first, e[0], e[1]];
+            let volume = first.dot(e[0].cross(e[1])).abs();
+            triangle_nodes(&left, triangle, (limit, QUADRATURE_DEPTH), 0.5 * volume, &mut |p, weight, value| {
+                if is_grey {
+                    out[group] += weight * value;
+                } else {
+                    self.enter(piece.panes(), p.normalize(), (group, weight * light(p)), tint, out);
+                }
+            });
+        }
     }
 
     /// Divides a cone into spherical triangles finer than `width` radians, each with its projected solid angle, sr.
@@ -327,7 +419,7 @@ impl Eye<'_> {
     }
 
     /// A cell with too many blockers: well-spread rays.
-    fn sampled(&self, polygon: &[DVec3], group: usize, path: u64, out: &mut impl Receiver) -> u64 {
+    fn sampled(&self, polygon: &[DVec3], group: usize, path: u64, s: &mut SkyScratch, out: &mut impl Receiver) -> u64 {
         let points = Points::new(seed(&[self.sample, path]));
         let mut rays = 0;
         let first = polygon[0];
@@ -339,18 +431,22 @@ impl Eye<'_> {
                 let p = first + ((e[0] - first) * (1.0 - a) + (e[1] - first) * a) * root;
                 let (squared, direction) = (p.length_squared(), p.normalize());
                 let weight = 0.5 * volume * self.normal.dot(direction).max(0.0) / (squared * squared.sqrt());
-                let left = transmittance_out(self.world, self.x, direction, &mut rays);
-                out.ray(self, direction, left, weight / f64::from(CELL_RAYS), group);
+                s.tint.reset();
+                s.through.clear();
+                let each = |pane| s.through.push(pane);
+                if pass(self.world, self.speculars, (self.x, direction), &mut s.tint, &mut rays, each) {
+                    out.ray(self, direction, (&s.tint, &s.through), weight / f64::from(CELL_RAYS), group);
+                }
             }
         }
         rays
     }
 
-    fn sun(&self, s: &mut SkyScratch, out: &mut f64) -> u64 {
+    fn sun(&self, s: &mut SkyScratch, out: &mut [f64]) -> u64 {
         self.world.daylight().and_then(|d| d.sun).map_or(0, |direction| self.sun_at(direction, s, out))
     }
 
-    fn sun_at(&self, direction: DVec3, s: &mut SkyScratch, out: &mut f64) -> u64 {
+    fn sun_at(&self, direction: DVec3, s: &mut SkyScratch, out: &mut [f64]) -> u64 {
         let disc = sun::disc(direction);
         let face_on = configuration_factor(&disc, direction);
         let mut above = Vec::with_capacity(16);
@@ -364,21 +460,23 @@ impl Eye<'_> {
         let ceiling = (self.normal, self.normal.dot(self.x));
         let few = self.world.caster.in_cone(self.x, &s.planes, ceiling, MAX_BLOCKERS, &mut s.blockers);
         if few && s.visible.clip(self.world, self.x, (self.normal, 1e-9), &polygon, s.blockers.iter().copied()) {
-            for piece in &s.visible.pieces {
-                let passed = self.passed(piece.panes(), direction);
-                *out += passed * configuration_factor(&piece.polygon, self.normal) / face_on;
+            for piece in s.visible.pieces.iter().filter(|p| !self.is_shut(p)) {
+                let factor = configuration_factor(&piece.polygon, self.normal) / face_on;
+                self.enter(piece.panes(), direction, (SUN, factor), &mut s.tint, out);
             }
             return 0;
         }
         let points = Points::new(seed(&[self.sample, 99]));
         let mut rays = 0;
-        let share: f64 = (0..SUN_RAYS)
-            .map(|k| {
-                let (a, b) = points.pair(k, 0);
-                transmittance_out(self.world, self.x, sun_direction(&disc, a, b), &mut rays)
-            })
-            .sum();
-        *out += share / f64::from(SUN_RAYS) * configuration_factor(&polygon, self.normal) / face_on;
+        let whole = configuration_factor(&polygon, self.normal) / face_on;
+        for k in 0..SUN_RAYS {
+            let (a, b) = points.pair(k, 0);
+            s.tint.reset();
+            let towards = sun_direction(&disc, a, b);
+            if pass_out(self.world, self.speculars, self.x, towards, &mut s.tint, &mut rays) {
+                deposit(out, SUN, whole / f64::from(SUN_RAYS), &s.tint);
+            }
+        }
         rays
     }
 }
@@ -399,23 +497,50 @@ pub fn sun_direction(disc: &[DVec3], a: f64, b: f64) -> DVec3 {
     (centre + (p * (1.0 - across) + q * across) * b.sqrt()).normalize()
 }
 
-/// What is left of light that comes from outside along `−direction`: clear panes attenuate, all else blocks.
-pub fn transmittance_out(world: &World, x: DVec3, direction: DVec3, rays: &mut u64) -> f64 {
+/// Does light come from outside to `x` along `−direction`? What panes on the way leave of it multiplies `tint`; all else
+/// blocks.
+pub fn pass_out(
+    world: &World,
+    speculars: &Speculars,
+    x: DVec3,
+    direction: DVec3,
+    tint: &mut Tint,
+    rays: &mut u64,
+) -> bool {
+    pass(world, speculars, (x, direction), tint, rays, |_| {})
+}
+
+/// The same; `each` is told of every pane on the way.
+fn pass(
+    world: &World,
+    speculars: &Speculars,
+    (x, direction): (DVec3, DVec3),
+    tint: &mut Tint,
+    rays: &mut u64,
+    mut each: impl FnMut(u32),
+) -> bool {
     let mut start = x;
-    let mut left = 1.0;
     for _ in 0..16 {
         let ray = Ray::new(start, direction);
         let hit = world.caster.closest(&ray);
         *rays += 1;
         if hit.surface == MISS {
-            return left;
+            return true;
         }
-        let Some(pane) = world.pane(hit.surface) else { return 0.0 };
-        let cosine = world.surfaces.list[hit.surface as usize].normal.dot(direction).abs();
-        left *= pane.transmittance(cosine);
+        let Some(pane) = speculars.pane(world, hit.surface) else { return false };
+        tint.pass(pane, world.surfaces.list[hit.surface as usize].normal.dot(direction).abs());
+        each(hit.surface);
         start = ray.at(hit.t) + direction * world.skin();
     }
-    0.0
+    false
+}
+
+/// The panes through which light comes from outside to `x` along `−direction`; nothing where all else blocks it.
+#[must_use]
+pub fn panes_towards(world: &World, optics: &Optics, x: DVec3, direction: DVec3) -> Option<Vec<u32>> {
+    let mut panes = Vec::new();
+    let mut tint = Tint::new(optics.pad);
+    pass(world, &optics.speculars, (x, direction), &mut tint, &mut 0, |pane| panes.push(pane)).then_some(panes)
 }
 
 /// Smaller cones that make up one: triangles of a polygon, quarters of a triangle.
@@ -444,19 +569,28 @@ const RULE: [(f64, [f64; 3]); 7] = {
     ]
 };
 
-/// Half the mean of `f` over a triangle, divided in four until two rules of first degree come near to that of the fifth:
-/// the error of the latter is then far smaller.
-fn triangle_integral(f: &impl Fn(DVec3) -> f64, [a, b, c]: [DVec3; 3], limit: f64, depth: u32) -> f64 {
-    let values = RULE.map(|(w, [x, y, z])| (w, f(a * x + b * y + c * z)));
+/// Nodes of a rule that integrates `f` over a triangle, with weights that sum to `weight`, and `f` there: the triangle is divided in four
+/// until two rules of first degree come near to that of the fifth, whose error is then far smaller.
+fn triangle_nodes(
+    f: &impl Fn(DVec3) -> f64,
+    [a, b, c]: [DVec3; 3],
+    (limit, depth): (f64, u32),
+    weight: f64,
+    node: &mut impl FnMut(DVec3, f64, f64),
+) {
+    let nodes = RULE.map(|(w, [x, y, z])| (w, a * x + b * y + c * z));
+    let values = nodes.map(|(w, p)| (w, f(p)));
     let fine: f64 = values.iter().map(|(w, v)| w * v).sum();
     let mean = |part: &[(f64, f64)]| part.iter().map(|(_, v)| v).sum::<f64>() / 3.0;
     let off = (mean(&values[1..4]) - fine).abs().max((mean(&values[4..]) - fine).abs());
     let is_wide = a.dot(b).min(b.dot(c)).min(c.dot(a))
         < WIDE * a.length_squared().min(b.length_squared()).min(c.length_squared());
     if depth == 0 || (off <= limit * fine && !is_wide) {
-        return 0.5 * fine;
+        nodes.iter().zip(values).for_each(|((w, p), (_, value))| node(*p, weight * w, value));
+        return;
     }
     let (ab, bc, ca) = ((a + b) * 0.5, (b + c) * 0.5, (c + a) * 0.5);
-    let parts = [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]];
-    0.25 * parts.map(|t| triangle_integral(f, t, limit, depth - 1)).iter().sum::<f64>()
+    for part in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
+        triangle_nodes(f, part, (limit, depth - 1), 0.25 * weight, node);
+    }
 }

@@ -9,6 +9,7 @@ use glam::{DVec2, DVec3};
 use super::caster::{MISS, Ray};
 use super::daylight::{Parts, SkyScratch, daylight};
 use super::hung::luminaire_lx;
+use super::optics::Optics;
 use super::points::Points;
 use super::umbra::hidden;
 use super::visible::{Visible, cone_planes};
@@ -69,6 +70,13 @@ impl DirectScratch {
     /// Is it prepared for places of an element, of which one may err?
     pub(super) fn at_places(&self) -> bool {
         self.places > 0
+    }
+
+    /// Lets daylight through coloured panes, into factors of [`Optics::columns`]; without, such panes let nothing by.
+    #[must_use]
+    pub fn in_bands(mut self, optics: &Optics) -> Self {
+        self.sky = self.sky.in_bands(optics);
+        self
     }
 
     /// Prepares for [`direct_at_place`] at places of a convex polygon: how often each emitter is worth a look there.
@@ -360,7 +368,7 @@ fn visible_share(world: &World, emitter: &Emitter, x: DVec3, normal: DVec3, samp
     if all > 0.0 { seen / all } else { 0.0 }
 }
 
-/// What is left of light from `x + d` on surface `target` at `x`: clear panes attenuate, all else blocks.
+/// What is left of light from `x + d` on surface `target` at `x`: grey panes attenuate, all else blocks.
 pub fn transmittance_to(world: &World, x: DVec3, d: DVec3, target: usize, s: &mut DirectScratch) -> f64 {
     let distance = d.length();
     let direction = d / distance;
@@ -373,9 +381,9 @@ pub fn transmittance_to(world: &World, x: DVec3, d: DVec3, target: usize, s: &mu
         if hit.surface == MISS || hit.surface as usize == target {
             return left;
         }
-        let Some(pane) = world.pane(hit.surface) else { return 0.0 };
+        let Some(pane) = world.greys().pane(world, hit.surface) else { return 0.0 };
         let cosine = world.surfaces.list[hit.surface as usize].normal.dot(direction).abs();
-        left *= pane.transmittance(cosine);
+        left *= pane.mean(cosine).passed;
         start += f64::from(hit.t) + world.skin();
     }
     0.0

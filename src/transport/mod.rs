@@ -16,18 +16,21 @@ mod optics;
 pub mod points;
 mod portals;
 mod rows;
+mod specular;
 mod umbra;
 mod visible;
 mod world;
 
 pub use chain::{Fork, Landing, Tint, follow};
 pub use daylight::{
-    DAYLIGHT_GROUPS, GROUND, SKY, SUN, sun_direction, sun_factor, transmittance_out, visible_directions,
+    DAYLIGHT_GROUPS, GROUND, SKY, SUN, Seen, deposit, panes_towards, pass_out, sun_direction, sun_factor,
+    visible_directions,
 };
 pub use direct::{DirectScratch, direct, direct_at_place, direct_parts, transmittance_to, visible_factor};
-pub use glass::Pane;
+pub use glass::{Glazing, GlazingUnit, Pane, Shares};
 pub use hung::{luminaire_in_sight, one_place_lx};
 pub use optics::{LightPart, Optics};
 pub use portals::{chance_weight, through_panes};
 pub use rows::{Mirrored, Replica, RowSettings, Rows, Target};
+pub use specular::{Specular, Speculars};
 pub use world::{Kind, World, cosine_direction};

@@ -1,7 +1,7 @@
 //! What materials do with light, band by band.
 
-use super::daylight::{GROUND, SKY, SUN};
-use super::glass::Pane;
+use super::daylight::{DAYLIGHT_GROUPS, GROUND, SKY, SUN};
+use super::specular::Speculars;
 use super::world::World;
 use crate::scene::{MaterialKind, Scene};
 use crate::spectrum::Bands;
@@ -26,7 +26,9 @@ pub struct Optics {
     pub xyz: [Vec<f32>; 3],
     /// Number of groups of emitters; those of daylight follow.
     pub lamps: usize,
-    pub(super) specular: Vec<Specular>,
+    /// Mirrors and panes.
+    pub speculars: Speculars,
+    has_sky: bool,
 }
 
 /// A part of direct light.
@@ -42,14 +44,6 @@ pub enum LightPart {
     Sun,
 }
 
-/// What a mirror or a pane does.
-#[derive(Clone, Debug)]
-pub(super) enum Specular {
-    None,
-    Mirror(Vec<f32>),
-    Glass(Vec<Pane>),
-}
-
 impl Optics {
     /// Averages everything over the bands.
     #[must_use]
@@ -61,23 +55,13 @@ impl Optics {
         };
         let black = vec![0.0f32; pad];
         let mut reflectance = Vec::new();
-        let mut specular = Vec::new();
         for m in &scene.materials {
-            let (sides, mirror) = match &m.kind {
+            reflectance.push(match &m.kind {
                 MaterialKind::Diffuse { front, back } => {
-                    ([padded(bands.reflectance(back)), padded(bands.reflectance(front))], Specular::None)
+                    [padded(bands.reflectance(back)), padded(bands.reflectance(front))]
                 }
-                MaterialKind::Mirror { reflectance } => {
-                    ([black.clone(), black.clone()], Specular::Mirror(padded(bands.reflectance(reflectance))))
-                }
-                MaterialKind::Glass { transmittance, refractive_index } => {
-                    let transmittances = bands.reflectance(transmittance);
-                    let panes = transmittances.iter().map(|t| Pane::new(*t, *refractive_index)).collect();
-                    ([black.clone(), black.clone()], Specular::Glass(panes))
-                }
-            };
-            reflectance.push(sides);
-            specular.push(mirror);
+                MaterialKind::Mirror { .. } | MaterialKind::Glass { .. } => [black.clone(), black.clone()],
+            });
         }
         let mut exitance: Vec<Vec<f32>> = world
             .emitters
@@ -98,7 +82,9 @@ impl Optics {
             exitance.extend([padded(sky), padded(ground), padded(sun)]);
         }
         let xyz = [0, 1, 2].map(|k| padded(bands.xyz_weights().iter().map(|w| w[k]).collect()));
-        Self { bands, pad, reflectance, exitance, xyz, lamps: world.emitters.groups(), specular }
+        let speculars = Speculars::in_bands(scene, |v| bands.reflectance(v));
+        let has_sky = world.daylight().is_some();
+        Self { bands, pad, reflectance, exitance, xyz, lamps: world.emitters.groups(), speculars, has_sky }
     }
 
     /// Reflectance of a side of a material, padded.
@@ -108,14 +94,56 @@ impl Optics {
         &self.reflectance[material][usize::from(front)]
     }
 
-    /// XYZ of direct light from its factors by group.
+    /// Length of the factors of direct light: one for each group; where panes or mirrors are coloured, then those of
+    /// daylight that came by them, band by band: groups, then `DAYLIGHT_GROUPS` times `pad`.
     #[must_use]
-    pub fn xyz_of_direct(&self, factors: &[f64]) -> [f64; 3] {
-        let band = |b: usize| factors.iter().zip(&self.exitance).map(|(f, m)| f * f64::from(m[b])).sum();
-        self.bands.xyz(&(0..self.bands.len()).map(band).collect::<Vec<f64>>())
+    pub fn columns(&self) -> usize {
+        let tinted = self.has_sky && self.speculars.are_coloured();
+        self.exitance.len() + if tinted { DAYLIGHT_GROUPS * self.pad } else { 0 }
     }
 
-    /// Illuminance of one part of direct light, by its factors by group, lx.
+    /// The group of daylight that a column of the factors belongs to.
+    pub(super) fn daylight_of(&self, column: usize) -> Option<usize> {
+        match column.checked_sub(self.exitance.len()) {
+            Some(tinted) => Some(tinted / self.pad),
+            None => column.checked_sub(self.lamps),
+        }
+    }
+
+    /// Irradiance by band, padded, of the factors that came by coloured panes; nothing where there are none.
+    pub(super) fn tinted_irradiance(&self, tinted: &[f32]) -> Option<Vec<f32>> {
+        if tinted.iter().all(|f| *f == 0.0) {
+            return None;
+        }
+        let mut irradiance = vec![0.0; self.pad];
+        for (factors, exitance) in tinted.chunks_exact(self.pad).zip(&self.exitance[self.lamps..]) {
+            irradiance.iter_mut().zip(factors.iter().zip(exitance)).for_each(|(e, (f, m))| *e += f * m);
+        }
+        Some(irradiance)
+    }
+
+    /// Factor of a group in a band.
+    #[inline]
+    fn factor(&self, factors: &[f64], group: usize, band: usize) -> f64 {
+        let tinted = group.checked_sub(self.lamps).map(|g| self.exitance.len() + g * self.pad + band);
+        factors[group] + tinted.and_then(|k| factors.get(k)).copied().unwrap_or(0.0)
+    }
+
+    /// Irradiance of direct light in a band from its factors, W/(m² nm).
+    #[must_use]
+    #[inline]
+    pub fn direct_in_band(&self, factors: &[f64], band: usize) -> f64 {
+        let groups = self.exitance.len().min(factors.len());
+        (0..groups).map(|g| self.factor(factors, g, band) * f64::from(self.exitance[g][band])).sum()
+    }
+
+    /// XYZ of direct light from its factors.
+    #[must_use]
+    pub fn xyz_of_direct(&self, factors: &[f64]) -> [f64; 3] {
+        self.bands.xyz(&(0..self.bands.len()).map(|b| self.direct_in_band(factors, b)).collect::<Vec<f64>>())
+    }
+
+    /// Illuminance of one part of direct light from its factors, lx.
     #[must_use]
     pub fn lux_of_direct(&self, factors: &[f64], part: LightPart) -> f64 {
         let groups = match part {
@@ -124,10 +152,11 @@ impl Optics {
             LightPart::Ground => self.lamps + GROUND..self.lamps + GROUND + 1,
             LightPart::Sun => self.lamps + SUN..self.lamps + SUN + 1,
         };
-        let of_group = |g: usize| {
-            factors[g] * self.exitance[g].iter().zip(&self.xyz[1]).map(|(m, w)| f64::from(m * w)).sum::<f64>()
-        };
-        groups.filter(|g| *g < factors.len()).map(of_group).sum()
+        let in_band =
+            |g: usize, (band, (m, w)): (usize, (&f32, &f32))| self.factor(factors, g, band) * f64::from(m * w);
+        let of_group =
+            |g: usize| self.exitance[g].iter().zip(&self.xyz[1]).enumerate().map(|b| in_band(g, b)).sum::<f64>();
+        groups.filter(|g| *g < factors.len().min(self.exitance.len())).map(of_group).sum()
     }
 
     /// Largest reflectance in any band of the materials in use.

@@ -5,11 +5,13 @@
 
 use glam::DVec3;
 
-use super::daylight::transmittance_out;
+use super::chain::Tint;
+use super::daylight::pass_out;
+use super::specular::Speculars;
 use super::world::World;
 use crate::mesh::{Surfaces, sample_polygon};
 
-/// The clear panes of a scene.
+/// The panes of a scene.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Portals {
     surfaces: Vec<u32>,
@@ -17,9 +19,9 @@ pub(super) struct Portals {
 }
 
 impl Portals {
-    pub(super) fn new(surfaces: &Surfaces, is_clear: impl Fn(usize) -> bool) -> Self {
+    pub(super) fn new(surfaces: &Surfaces, is_pane: impl Fn(usize) -> bool) -> Self {
         let list = &surfaces.list;
-        let panes: Vec<u32> = (0..list.len()).filter(|s| is_clear(list[*s].material)).map(|s| s as u32).collect();
+        let panes: Vec<u32> = (0..list.len()).filter(|s| is_pane(list[*s].material)).map(|s| s as u32).collect();
         Self { area: panes.iter().map(|s| list[*s as usize].area).sum(), surfaces: panes }
     }
 
@@ -57,20 +59,23 @@ impl Portals {
     }
 }
 
-/// Daylight by one ray through a pane: the group and its irradiance per unit, weighted against [`chance_weight`].
+/// Daylight by one ray through a pane: the group and its irradiance per unit, less what `tint` tells, weighted against
+/// [`chance_weight`].
 pub fn through_panes(
     world: &World,
+    speculars: &Speculars,
     (x, normal): (DVec3, DVec3),
     place: (f64, f64, f64),
+    tint: &mut Tint,
     rays: &mut u64,
 ) -> Option<(usize, f64)> {
     let direction = world.portals().sample(&world.surfaces, x, place)?;
     let cosine = normal.dot(direction);
     let (group, light) = world.background(direction).filter(|_| cosine > 0.0)?;
-    let left = transmittance_out(world, x, direction, rays);
+    let is_seen = pass_out(world, speculars, x, direction, tint, rays);
     let chance = cosine * std::f64::consts::FRAC_1_PI;
     let density = world.portals().density(&world.surfaces, x, direction) + chance;
-    (left > 0.0).then(|| (group, light * chance * left / density))
+    is_seen.then(|| (group, light * chance / density))
 }
 
 /// Weight of daylight that a cosine-distributed ray met by chance, not by a mirror.

