@@ -239,7 +239,7 @@ fn coloured_panes_let_sun_and_sky_through_as_grey_ones_do_in_each_band() {
     let parts: [(&str, Part); 2] = [("sun", |s| s.sun_lx), ("sky", |s| s.sky_lx)];
     for (name, part) in parts {
         // Nine points of 16,384 paths.
-        near(sum(&judge, part), sum(&coloured, part), 0.03, name);
+        near(sum(&judge, &part), sum(&coloured, &part), 0.03, name);
     }
 }
 
