@@ -214,7 +214,7 @@ fn luminaires_that_cannot_hang_name_line_and_mend() {
         ("maintenance_factor = 1.2\n", "s.toml:10: maintenance_factor = 1.2 cannot be"),
         ("flux_lm = -1\n", "s.toml:10: flux_lm = -1 cannot be"),
         ("spectrum = \"D56\"\n", "s.toml:10: a luminaire: unknown illuminant `D56`"),
-        ("colour = 1\n", "unknown field `colour`"),
+        ("colour = 1\n", "s.toml:10: unknown key `colour`"),
     ] {
         let e = error(&hung(keys));
         assert!(e.contains(want), "{keys} gave {e}");
