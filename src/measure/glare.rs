@@ -33,7 +33,7 @@ pub(super) fn ratings(task: &Task<'_>, grids: &[GridResult]) -> Vec<Glare> {
                 };
                 sum += luminance * luminance * solid_angle / (index * index);
             }
-            let background_lx = reading.xyz[1] - reading.direct_lx;
+            let background_lx = reading.reflected_lx + reading.sky_lx + reading.sun_lx + reading.external_lx;
             let rated = sum > 0.0 && background_lx > 0.0;
             all.push(Glare {
                 grid: grid.name.clone(),
