@@ -214,6 +214,30 @@ fn a_board_shades_exactly_what_it_hides() {
 }
 
 #[test]
+fn a_ceiling_does_not_shade_what_lies_in_its_plane() {
+    // In a corridor of 20 m, at walls near by: grazing rays to a lamp in the ceiling must not end at the ceiling.
+    for (opening, share) in [(Opening::default(), 1e-3), (square(0.1), 3e-3)] {
+        let mut b = Build::new();
+        let black = b.material(diffuse("black", 0.0));
+        b.room(at(0.0, 0.0, 0.0), at(20.0, 2.0, 2.6), [black; 6]);
+        let lamp = at(14.0, 1.4, 2.6);
+        let points = [at(14.72, 2.0, 2.18), at(14.1, 2.0, 2.4), at(15.5, 2.0, 2.3), at(14.0, 2.0, 1.0)];
+        b.points("wall", &points.map(|p| (p, DVec3::NEG_Y)));
+        hang(
+            &mut b.0,
+            file(opening, &[0.0], &degrees(0.0, 90.0, 0.5), |v, _| 1000.0 * v.to_radians().cos().max(0.0)),
+            lamp,
+        );
+        let expected = points.map(|p| {
+            let d = lamp - p;
+            // Lambertian, and so small that its middle tells: a square of 0.1 m at 0.64 m is 0.2 % off.
+            1000.0 * d.z * -d.y / d.length().powi(4)
+        });
+        expect(&b.0, &expected.map(f64::abs), share);
+    }
+}
+
+#[test]
 fn a_pane_takes_what_its_transmittance_says() {
     // Straight below a pane of 0.88 at normal incidence.
     for opening in [Opening::default(), square(0.02)] {

@@ -65,7 +65,13 @@ fn from_point(world: &World, l: &Luminaire, place: DVec3, x: DVec3, normal: DVec
         return 0.0;
     }
     let light = l.intensity(-d) * cosine / d.length().powi(3);
-    if light > 0.0 { light * transmittance_to(world, x, d, NONE, s) } else { 0.0 }
+    if light > 0.0 { light * passed(world, x, d, -l.axes.z_axis, s) } else { 0.0 }
+}
+
+/// What is left of light from `x + d` at `x`. A luminaire may lie in the plane of its ceiling, which must not shade it: the
+/// shadow ray ends a skin's thickness `out` of it.
+fn passed(world: &World, x: DVec3, d: DVec3, out: DVec3, s: &mut DirectScratch) -> f64 {
+    transmittance_to(world, x, d + out * world.skin(), NONE, s)
 }
 
 fn from_face(
@@ -178,7 +184,7 @@ fn visible_share(
             let weight = l.intensity(-d) * cosines / (area * d.length().powi(3));
             if weight > 0.0 {
                 all += weight;
-                seen += weight * transmittance_to(world, x, d, NONE, s);
+                seen += weight * passed(world, x, d, surface.normal, s);
             }
         }
         k += 1;
@@ -216,7 +222,7 @@ pub fn one_place_lx(
     if light <= 0.0 {
         return 0.0;
     }
-    light * transmittance_to(world, x, d, NONE, s) / world.surfaces.frame.area_m2()
+    light * passed(world, x, d, face_normal.unwrap_or(-l.axes.z_axis), s) / world.surfaces.frame.area_m2()
 }
 
 /// Places of a luminaire that an eye looks at.
@@ -239,7 +245,7 @@ pub fn luminaire_in_sight(world: &World, l: &Luminaire, eye: DVec3, s: &mut Dire
         let (place, Some(normal), all) = l.place(a, b) else { return None };
         let d = place - eye;
         let cosine = -normal.dot(d);
-        if cosine > 0.0 && transmittance_to(world, eye, d, NONE, s) > 0.0 {
+        if cosine > 0.0 && passed(world, eye, d, normal, s) > 0.0 {
             solid_angle += all * cosine / (d.length().powi(3) * f64::from(LOOKS));
         }
     }
