@@ -37,6 +37,11 @@ impl Blinds {
         blinds
     }
 
+    /// All open.
+    pub(super) fn open(openings: usize) -> Self {
+        Self { shares: vec![None; openings], closed: vec![Vec::new(); openings] }
+    }
+
     /// Are the blinds of an opening closed?
     pub(super) fn are_closed(&self, opening: usize, hour: usize) -> bool {
         self.closed[opening].get(hour) == Some(&true)

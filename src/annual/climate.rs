@@ -49,7 +49,7 @@ pub struct Hour {
 }
 
 /// The sunlit hours of a weather file.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Climate {
     /// The hours.
     pub hours: Vec<Hour>,
@@ -57,6 +57,8 @@ pub struct Climate {
     pub total: usize,
     /// Hours that the file leaves out.
     pub left_out: usize,
+    /// Clear sky at equinox, 9 h and 15 h, as LEED v4.1 has it for its option 2; nothing where the file has no such days.
+    pub equinox: Option<[Hour; 2]>,
     /// Light that the file gives to hours without sun, against all of it: it is left out.
     pub dark_share: f64,
 }
@@ -97,8 +99,52 @@ impl Climate {
         }
         let total = HOURS[usize::from(is_leap)];
         let dark_share = if all > 0.0 { dark / all } else { 0.0 };
-        Ok(Self { hours, total, left_out: total.saturating_sub(weather.records.len()), dark_share })
+        let equinox = equinox(weather, place, north_deg)?;
+        Ok(Self { hours, total, left_out: total.saturating_sub(weather.records.len()), equinox, dark_share })
     }
+}
+
+/// Days about an equinox among which the clearest is looked for, and the equinoxes as days of the year.
+const NEAR_EQUINOX_DAYS: f64 = 15.0;
+const EQUINOXES: [(u32, u32); 2] = [(3, 21), (9, 21)];
+
+/// The mean of the clearest days about both equinoxes, the sun as on 21 September.
+fn equinox(weather: &Weather, place: Place, north_deg: f64) -> Result<Option<[Hour; 2]>> {
+    let day = |r: &Record| (hour_of_year(r, true) / 24.0).floor();
+    let clearest = |(month, of_month): (u32, u32)| -> Option<f64> {
+        let middle = day(weather.records.iter().find(|r| (r.month, r.day) == (month, of_month))?);
+        let near = weather.records.iter().filter(|r| (day(r) - middle).abs() <= NEAR_EQUINOX_DAYS);
+        let mut sums: Vec<(f64, f64)> = Vec::new();
+        for r in near {
+            let direct = r.direct_normal_w_m2.unwrap_or(0.0);
+            match sums.last_mut() {
+                Some((d, sum)) if *d == day(r) => *sum += direct,
+                _ => sums.push((day(r), direct)),
+            }
+        }
+        sums.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).map(|(d, _)| d)
+    };
+    let [Some(spring), Some(autumn)] = EQUINOXES.map(clearest) else { return Ok(None) };
+    let at = |day_wanted: f64, clock: f64| {
+        weather.records.iter().find(|r| day(r) == day_wanted && (-0.5..0.5).contains(&(clock - r.middle_h)))
+    };
+    let mut found = Vec::new();
+    for clock in [9.0, 15.0] {
+        let (Some(a), Some(b)) = (at(spring, clock), at(autumn, clock)) else { return Ok(None) };
+        let mean = |x: Option<f64>, y: Option<f64>| x.zip(y).map(|(x, y)| 0.5 * (x + y));
+        let (month, of_month) = EQUINOXES[1];
+        let record = Record {
+            month,
+            day: of_month,
+            middle_h: clock,
+            direct_normal_w_m2: mean(a.direct_normal_w_m2, b.direct_normal_w_m2),
+            diffuse_horizontal_w_m2: mean(a.diffuse_horizontal_w_m2, b.diffuse_horizontal_w_m2),
+            dew_point_c: mean(a.dew_point_c, b.dew_point_c),
+            line: b.line,
+        };
+        found.extend(hour(0, &record, weather.utc_offset_h, place, north_deg)?);
+    }
+    Ok(found.try_into().ok())
 }
 
 fn lacks(record: &Record) -> bool {

@@ -34,8 +34,9 @@ const EN_17037_SHARES: [f64; 2] = [0.5, 0.95];
 const BREEAM_MEAN_LX: f64 = 300.0;
 const BREEAM_LEAST_LX: f64 = 90.0;
 const BREEAM_HOURS: usize = 2000;
-/// Area, in shares, from which LEED v4.1 gives one, two and three points.
+/// Area, in shares, from which LEED v4.1 gives one, two and three points: option 1 and option 2.
 const LEED: [f64; 3] = [0.40, 0.55, 0.75];
+const LEED_EQUINOX: [f64; 3] = [0.55, 0.75, 0.90];
 
 /// A figure with its error.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -124,12 +125,25 @@ pub struct GridMetrics {
     pub breeam_hours: [usize; 2],
     /// Both reach 2,000 hours.
     pub breeam: bool,
+    /// Clear sky at equinox, where the weather has such days.
+    pub equinox: Option<Equinox>,
     /// Area that sees no sky.
     pub no_sky: f64,
     /// Hours of presence.
     pub present_hours: usize,
     /// Median diffuse illuminance outdoors over the daylight hours, lx.
     pub outdoor_median_lx: f64,
+}
+
+/// LEED v4.1 option 2: clear sky at equinox, 9 h and 15 h, blinds open.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Equinox {
+    /// Area with 300 to 3,000 lx at both times.
+    pub useful: Figure,
+    /// Mean illuminance at each time, lx.
+    pub mean_lx: [f64; 2],
+    /// Points.
+    pub leed_points: usize,
 }
 
 /// Metrics of a grid and its points.
@@ -283,6 +297,7 @@ fn grid(series: &Series, lit: &[(usize, PointMetrics, f64)], hours: &Hours<'_>, 
         en17037_factor: level(&by_factor),
         breeam_hours,
         breeam: breeam_hours.iter().all(|h| *h >= BREEAM_HOURS),
+        equinox: None,
         no_sky: share(&|p| p.overcast.sky_component <= 0.0),
         present_hours: hours.present_hours,
         outdoor_median_lx,
@@ -330,6 +345,23 @@ fn outdoor_median(climate: &Climate) -> f64 {
     values.sort_by(|a, b| b.total_cmp(a));
     values.resize(DAYLIGHT_HOURS, 0.0);
     values[DAYLIGHT_HOURS / 2]
+}
+
+/// What the two moments of a clear equinox come to.
+pub(super) fn equinox(sensors: &[Sensor], status: &[Status], moments: &Series) -> Equinox {
+    let area = |i: &usize| sensors[*i].area_m2.unwrap_or(1.0);
+    let lit: Vec<usize> = (0..sensors.len()).filter(|i| status[*i] == Status::Ok).collect();
+    let whole: f64 = lit.iter().map(area).sum();
+    let range = USEFUL_LX[1]..=USEFUL_LX[2];
+    let useful = Figure::of(std::array::from_fn(|end| {
+        let both = |i: &&usize| (0..2).all(|t| range.contains(&ends(moments, **i, t)[end]));
+        lit.iter().filter(both).map(area).sum::<f64>() / whole
+    }));
+    Equinox {
+        useful,
+        mean_lx: [0, 1].map(|t| lit.iter().map(|i| f64::from(moments.of(*i)[t]) * area(i)).sum::<f64>() / whole),
+        leed_points: LEED_EQUINOX.iter().filter(|l| useful.value >= **l).count(),
+    }
 }
 
 /// Light of the traditional overcast sky on a grid's sensors, blinds open.
@@ -389,7 +421,7 @@ mod tests {
         let values: Vec<f32> = hours.iter().map(|h| lux(h.index % 24)).collect();
         let n = hours.len();
         let series = Series { error: vec![error; n], sun: values.clone(), lux: values, hours: n };
-        (Climate { hours, total: 8760, left_out: 0, dark_share: 0.0 }, series)
+        (Climate { hours, total: 8760, ..Climate::default() }, series)
     }
 
     fn metrics(lux: impl Fn(usize) -> f32, error: f32) -> Metrics {
@@ -443,6 +475,19 @@ mod tests {
         assert_eq!(part(11).grid.unwrap().en17037_hourly[0], Level::None);
         // 3 % of a median of 10,011.5 lx outdoors.
         assert_eq!(metrics(|_| 0.0, 0.0).grid.unwrap().en17037_factor, Level::Minimum);
+    }
+
+    #[test]
+    fn a_clear_equinox_counts_what_is_useful_at_both_times() {
+        let sensor = Sensor { position: DVec3::ZERO, normal: DVec3::Z, area_m2: Some(1.0) };
+        // 9 h and 15 h of four sensors; the last is blind.
+        let lux = vec![400.0, 500.0, 400.0, 3500.0, 310.0, 2000.0, 0.0, 0.0];
+        let series = Series { error: vec![20.0; 8], sun: vec![0.0; 8], lux, hours: 2 };
+        let status = [Status::Ok, Status::Ok, Status::Ok, Status::Inside];
+        let e = equinox(&[sensor; 4], &status, &series);
+        assert!((e.useful.value - 2.0 / 3.0).abs() < 1e-12 && e.leed_points == 1);
+        assert!((e.useful.error - 1.0 / 3.0).abs() < 1e-12, "310 ± 20 lx may be too little");
+        assert_eq!(e.mean_lx[0], 370.0);
     }
 
     #[test]

@@ -14,7 +14,7 @@ use std::time::Instant;
 
 use blinds::Blinds;
 pub use climate::{CALENDAR_YEAR, Climate, Hour};
-pub use metrics::{Figure, GridMetrics, Level, Metrics, Overcast, PointMetrics};
+pub use metrics::{Equinox, Figure, GridMetrics, Level, Metrics, Overcast, PointMetrics};
 pub use series::Series;
 use series::{Light, Luminances};
 
@@ -137,15 +137,30 @@ fn series_of(
     let ok = |g: usize| (0..scene.grids[g].sensors.len()).filter(move |i| grids[g].status(*i) == Status::Ok);
     let lit: Vec<usize> = (0..grids.len()).map(|g| ok(g).count()).collect();
     let blinds = Blinds::new(&scene.blinds, &climate.hours, &suns, &lit);
+    let equinox = equinox(coefficients, climate, day.ground_reflectance, tolerance);
     let grid = |(g, grid): (usize, &crate::scene::Grid)| {
         let series = light.series(g, &suns[g], &blinds);
         let status: Vec<Status> = (0..grid.sensors.len()).map(|i| grids[g].status(i)).collect();
         let overcast = metrics::overcast(coefficients, g, day.ground_reflectance);
-        let metrics = Metrics::new(&grid.sensors, &status, &series, &overcast, climate, &scene.occupancy);
+        let mut metrics = Metrics::new(&grid.sensors, &status, &series, &overcast, climate, &scene.occupancy);
+        if let (Some(of_grid), Some(moments)) = (&mut metrics.grid, equinox.get(g)) {
+            of_grid.equinox = Some(metrics::equinox(&grid.sensors, &status, moments));
+        }
         let (name, layout, sensors) = (grid.name.clone(), grid.layout.clone(), grid.sensors.clone());
         GridYear { name, layout, sensors, status, series, metrics }
     };
     (scene.grids.iter().enumerate().map(grid).collect(), blinds.closed_hours())
+}
+
+/// Clear sky at equinox by grid, blinds open; nothing where the weather has no such days.
+fn equinox(coefficients: &Coefficients, climate: &Climate, ground_reflectance: f64, tolerance: f64) -> Vec<Series> {
+    let Some(hours) = &climate.equinox else { return Vec::new() };
+    let (fine, coarse) = (&coefficients.seen_patches, &coefficients.patches);
+    let seen = Luminances::new(fine, hours, ground_reflectance, &vec![true; fine.all()]);
+    let joined = seen.joined(fine, coarse);
+    let light = Light { coefficients, hours, seen: &seen, reflected: &joined, iteration: 0.01 * tolerance };
+    let blinds = Blinds::open(coefficients.openings);
+    (0..coefficients.grids.len()).map(|g| light.series(g, &light.own_suns(g), &blinds)).collect()
 }
 
 /// Schedules must have the hours of the weather.

@@ -99,5 +99,8 @@ fn of_grid(text: &mut String, grid: &GridYear) {
     line(text, "EN 17037, by hours", format!("{}{certain}", levels[0]));
     line(text, "EN 17037, by daylight factor", m.en17037_factor.name().to_owned());
     line(text, "LEED v4.1, option 1", format!("{} points", m.leed_points[0]));
+    if let Some(e) = &m.equinox {
+        line(text, "LEED v4.1, option 2", format!("{} points", e.leed_points));
+    }
     line(text, "BREEAM HEA 01", if m.breeam { "met" } else { "not met" }.to_owned());
 }

@@ -67,6 +67,15 @@ fn grid(grid: &GridYear) -> Value {
         ("no_sky_percent", percent(m.no_sky)),
     ];
     object.extend(own.map(|(k, v)| (k.to_owned(), v)));
+    if let Some(e) = &m.equinox {
+        object.extend([
+            ("equinox_300_3000_percent".to_owned(), percent(e.useful.value)),
+            ("equinox_300_3000_percent_error".to_owned(), percent(e.useful.error)),
+            ("equinox_9h_mean_lx".to_owned(), json!(e.mean_lx[0])),
+            ("equinox_15h_mean_lx".to_owned(), json!(e.mean_lx[1])),
+            ("leed_v41_option2_points".to_owned(), json!(e.leed_points)),
+        ]);
+    }
     object.extend(figures(&m.mean));
     value
 }

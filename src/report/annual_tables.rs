@@ -82,7 +82,7 @@ fn figures(m: &PointMetrics, line: &mut Vec<String>) -> Checked<()> {
     Ok(())
 }
 
-const OF_GRID: [&str; 13] = [
+const OF_GRID: [&str; 18] = [
     "sda300_50_percent",
     "sda300_50_percent_error",
     "ase1000_250_percent",
@@ -96,6 +96,11 @@ const OF_GRID: [&str; 13] = [
     "breeam_hea01",
     "present_hours",
     "no_sky_percent",
+    "equinox_300_3000_percent",
+    "equinox_300_3000_percent_error",
+    "equinox_9h_mean_lx",
+    "equinox_15h_mean_lx",
+    "leed_v41_option2_points",
 ];
 
 /// One line a grid: its own figures, then the means of its points.
@@ -136,6 +141,16 @@ fn of_grid(m: &GridMetrics, line: &mut Vec<String>) -> Checked<()> {
     line.push(if m.breeam { "met" } else { "not met" }.into());
     line.push(m.present_hours.to_string());
     line.push(percent(m.no_sky)?);
+    match &m.equinox {
+        Some(e) => {
+            line.push(percent(e.useful.value)?);
+            line.push(percent(e.useful.error)?);
+            line.push(number(e.mean_lx[0])?);
+            line.push(number(e.mean_lx[1])?);
+            line.push(e.leed_points.to_string());
+        }
+        None => line.resize(line.len() + 5, String::new()),
+    }
     figures(&m.mean, line)
 }
 
