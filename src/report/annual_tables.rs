@@ -20,9 +20,12 @@ pub(super) const FIGURES: [Column; 8] = [
     ("half_of_daylight_hours_lx", 1.0, |p| p.half_of_daylight_lx),
 ];
 
+/// A figure without an error of its own: its name and how to get it.
+type Plain = (&'static str, fn(&PointMetrics) -> f64);
+
 const PLACE: [&str; 10] = ["grid", "point", "x_m", "y_m", "z_m", "nx", "ny", "nz", "area_m2", "status"];
 /// Figures without an error of their own: name, and how to get them.
-pub(super) const OTHERS: [(&str, fn(&PointMetrics) -> f64); 5] = [
+pub(super) const OTHERS: [Plain; 5] = [
     ("sunlit_hours", |p| p.sunlit_hours as f64),
     ("daylight_factor_percent", |p| 100.0 * p.overcast.daylight_factor),
     ("sky_component_percent", |p| 100.0 * p.overcast.sky_component),
