@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use std::path::PathBuf;
 
 use clerestory::measure::{Measurement, Method, SensorResult, SolveOptions};
-use clerestory::scene::{Amount, Daytime, Material, Placed, SkyName};
+use clerestory::scene::{Amount, Daytime, Material, MaterialKind, Placed, SkyName};
 use clerestory::spectrum::{BandMode, SpectralValue, Spectrum};
 use common::{Build, Cover, assert_balanced, at, diffuse, glass, glazed, only, rgb, solve, within};
 use glam::DVec3;
@@ -185,6 +185,29 @@ fn five_parts_sum_to_the_whole_and_paths_agree() {
         let [quick, judge] = [sums[0][k], sums[1][k]];
         // Nine points of 32,768 paths: the rarest part, light from the facade, is known to about 3 %.
         assert!((quick - judge).abs() <= 0.04 * judge + 1.0, "{name}: {quick} {judge}");
+    }
+}
+
+#[test]
+fn a_translucent_roof_light_shines_as_an_emitter_of_what_it_gets() {
+    let sheet = MaterialKind::Translucent {
+        front: SpectralValue::Grey(0.3),
+        back: SpectralValue::Grey(0.3),
+        transmittance: SpectralValue::Grey(0.5),
+    };
+    let sheet = Material { kind: sheet, ..diffuse("sheet", 0.3) };
+    let mut b = roof_light_of(0.0, Some(sheet));
+    b.points("floor", &[(at(2.0, 2.0, 0.0), DVec3::Z)]);
+    b.0.daytime = Some(day(SkyName::Uniform, 2e4));
+    // Sky and sun at 45° upon a flat roof; below, the centre of a unit square at distance 3 (Howell B-4), a = 1/6.
+    let a = (1.0f64 / 6.0) / (1.0 + 1.0 / 36.0f64).sqrt();
+    let exact = 0.5 * (1e4 + 2e4 / 2f64.sqrt()) * 4.0 / PI * a * a.atan();
+    for method in [Method::Auto, Method::PathTracing] {
+        let m = solve(&b.0, &SolveOptions { method, paths: Some(1 << 16), ..within(0.02) });
+        let s = &only(&m)[0];
+        assert!((s.xyz[1] - exact).abs() <= s.error_lx, "{method:?}: {} ± {}, exact {exact}", s.xyz[1], s.error_lx);
+        near(s.xyz[1], exact, 0.05, "also wide errors must not hide a wrong value");
+        assert!(s.sun_lx + s.sky_lx < 1e-9, "it comes by the sheet");
     }
 }
 

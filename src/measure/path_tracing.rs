@@ -177,7 +177,6 @@ impl<'a> Tracer<'a> {
                 return bounce > 0 || !matches!(landing, Landing::Covered);
             };
             let s = &self.world.surfaces.list[surface as usize];
-            let rho = self.optics.rho(s.material, front);
             // Next events do not see what mirrors show: such a landing has no rival.
             let seen = if mirrored {
                 self.world.group(surface, front).map(|group| (group, 1.0))
@@ -188,19 +187,21 @@ impl<'a> Tracer<'a> {
             if let Some((group, weight)) = seen {
                 self.add(group, weight, bounce == 0 && !mirrored);
             }
+            let mut chance = points.get(k, base + 6);
+            let scatter = self.optics.scatter(s.material, front, &mut chance);
             let mut strongest = 0.0f32;
             for band in 0..self.throughput.len() {
-                self.throughput[band] *= rho[band] * self.tint.share(band);
+                self.throughput[band] *= scatter.shares[band] / scatter.odds * self.tint.share(band);
                 strongest = strongest.max(self.throughput[band]);
             }
             if bounce >= ROULETTE_FROM || strongest == 0.0 {
                 let survival = strongest.min(0.95);
-                if points.get(k, base + 6) >= f64::from(survival) {
+                if chance >= f64::from(survival) {
                     return true;
                 }
                 self.throughput.iter_mut().for_each(|t| *t /= survival);
             }
-            normal = s.side_normal(front);
+            normal = s.side_normal(front != scatter.passes);
             x = self.world.lift(s.point(s.uv(point)), normal);
             self.tint.reset();
             if let Some((group, factor)) = self.next_event(x, normal, points, k, base + STRIDE) {

@@ -120,7 +120,8 @@ fn plan_bands(scene: &Scene, daylight: Option<&Daylight>, tolerance: f64) -> Res
         area[f.material] += f.area_m2;
     }
     // Daylight comes through the panes; where there are none, all is in the open.
-    let panes = || scene.materials.iter().zip(&area).filter(|(m, _)| matches!(m.kind, MaterialKind::Glass { .. }));
+    let lets_in = |kind: &MaterialKind| matches!(kind, MaterialKind::Glass { .. } | MaterialKind::Translucent { .. });
+    let panes = || scene.materials.iter().zip(&area).filter(|(m, _)| lets_in(&m.kind));
     let glazed_m2: f64 = panes().map(|(_, a)| *a).sum();
     let open_m2 = if glazed_m2 > 0.0 { glazed_m2 } else { area.iter().sum::<f64>() };
     let mut reflectances: Vec<(&SpectralValue, f64)> = Vec::new();
@@ -128,6 +129,9 @@ fn plan_bands(scene: &Scene, daylight: Option<&Daylight>, tolerance: f64) -> Res
     for (m, a) in scene.materials.iter().zip(&area).filter(|(_, a)| **a > 0.0) {
         match &m.kind {
             MaterialKind::Diffuse { front, back } => reflectances.extend([(front, *a), (back, *a)]),
+            MaterialKind::Translucent { front, back, transmittance } => {
+                reflectances.extend([front, back, transmittance].map(|v| (v, *a)));
+            }
             MaterialKind::Mirror { reflectance } => reflectances.push((reflectance, *a)),
             MaterialKind::Glass { panes, .. } => reflectances.extend(panes.values().into_iter().map(|v| (v, *a))),
         }

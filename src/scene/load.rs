@@ -7,7 +7,7 @@ use glam::DVec3;
 use sha2::{Digest, Sha256};
 
 use super::faces::{self, Drawn, Names, Place};
-use super::file::{self, At, BandsDef, DivisionDef, Kind, ModeDef, ModeName, SceneFile, Source, Up};
+use super::file::{self, At, BandsDef, DivisionDef, ModeDef, ModeName, SceneFile, Source, Up};
 use super::obj::{self, Obj};
 use super::{Axes, Face, InputFile, Scene, grid, material, shells, sky, suggest, view};
 use crate::error::ErrorKind;
@@ -155,12 +155,6 @@ fn refuse_unbuilt(source: Source<'_>, file: &SceneFile) -> Result<()> {
     if let Some(luminaires) = &file.luminaires {
         let offset = luminaires.value.first().map_or(luminaires.offset, |l| l.offset);
         return Err(source.unsupported(offset, "[[luminaires]]").mend("model the lamp as faces with `emission`"));
-    }
-    for (name, def) in &file.materials {
-        if let Some(kind) = def.value.kind.as_ref().filter(|k| k.value == Kind::Translucent) {
-            let what = format!("material \"{name}\": kind = \"translucent\"");
-            return Err(source.unsupported(kind.offset, &what).mend("use diffuse, glass or mirror"));
-        }
     }
     Ok(())
 }

@@ -10,6 +10,7 @@ pub mod check;
 mod check_tests;
 mod faces;
 mod file;
+mod glazing;
 mod grid;
 mod load;
 mod material;
@@ -147,6 +148,15 @@ pub enum MaterialKind {
         /// Reflectance of the back; equals `front` unless the user says otherwise.
         back: SpectralValue,
     },
+    /// Lambertian on both sides, and light that arrives on one side leaves the other diffusely too.
+    Translucent {
+        /// Reflectance of the front.
+        front: SpectralValue,
+        /// Reflectance of the back.
+        back: SpectralValue,
+        /// Diffuse transmittance, the same both ways.
+        transmittance: SpectralValue,
+    },
     /// A plane mirror on both sides.
     Mirror {
         /// Specular reflectance.
@@ -159,6 +169,14 @@ pub enum MaterialKind {
         /// Index of refraction of uncoated panes.
         refractive_index: f64,
     },
+}
+
+impl MaterialKind {
+    /// Does light that arrives on one side leave the other diffusely?
+    #[must_use]
+    pub fn is_translucent(&self) -> bool {
+        matches!(self, Self::Translucent { .. })
+    }
 }
 
 /// The panes of a glazing unit.

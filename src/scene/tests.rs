@@ -220,17 +220,29 @@ fn glazing_units_are_judged() {
 }
 
 #[test]
-fn what_is_not_built_is_refused_by_name() {
+fn translucent_materials_are_judged() {
+    let sheet = |rest: &str| format!("[materials.wall]\nkind = \"translucent\"\n{rest}\n");
+    let s = scene_of(&sheet("transmittance = 0.4\nreflectance = 0.5")).unwrap();
+    assert!(matches!(s.materials[0].kind, MaterialKind::Translucent { .. }));
     for (rest, want) in [
-        ("[[luminaires]]\nfile = \"a.ies\"\n", "s.toml:7: [[luminaires]] is not supported in this version"),
+        ("transmittance = 0.4", "has no `reflectance`"),
+        ("reflectance = 0.4", "has no `transmittance`"),
         (
-            "[materials.t]\nkind = \"translucent\"\n",
-            "s.toml:8: material \"t\": kind = \"translucent\" is not supported",
+            "transmittance = 0.4\nreflectance = 0.7",
+            "s.toml:8: material \"wall\": transmittance and reflectance sum to 1.1",
         ),
+        ("transmittance = 0.4\nreflectance = 0.5\nreflectance_back = 0.61", "s.toml:9:"),
+        ("transmittance = 0.4\nreflectance = 0.5\npanes = 2", "a translucent material has no `panes`"),
     ] {
-        let e = error(&format!("{WALL}{rest}"));
+        let e = error(&sheet(rest));
         assert!(e.contains(want), "{rest} gave {e}");
     }
+}
+
+#[test]
+fn what_is_not_built_is_refused_by_name() {
+    let e = error(&format!("{WALL}[[luminaires]]\nfile = \"a.ies\"\n"));
+    assert!(e.contains("s.toml:7: [[luminaires]] is not supported in this version"), "{e}");
 }
 
 #[test]

@@ -1,10 +1,10 @@
-//! Stabilised bi-conjugate gradients (van der Vorst 1992) on `(I − ρF) B = ρD`, eight bands abreast.
+//! Stabilised bi-conjugate gradients (van der Vorst 1992) on `(I − SF) B = SD`, `S` the reflectances and transmittances, eight bands abreast.
 //!
 //! Sampled rows are not reciprocal, so the symmetric form is not open. One isolated eigenvalue goes to one with the
 //! reflectance; a Krylov method takes it in a step or two, where sweeps need 1/(1 − ρ) of them.
 
 use super::exchange::{Exchange, Way};
-use crate::mesh::Elements;
+use crate::mesh::{Elements, NO_ELEMENT};
 use crate::transport::{Optics, Rows, World};
 
 /// Bands in a block.
@@ -57,18 +57,15 @@ impl Block<'_> {
     pub fn solve(&self, accuracy: f64) -> BlockResult {
         let tints: Vec<Lanes> = self.rows.tints.iter().map(|t| self.lanes(t)).collect();
         let direct = self.direct(&tints);
-        let rho: Vec<Lanes> = self
-            .mesh
-            .list()
-            .iter()
-            .map(|e| self.lanes(self.optics.rho(self.world.surfaces.list[e.surface as usize].material, e.front)))
-            .collect();
+        let scattering = self.scattering();
         let source: Vec<Lanes> = if self.world.glowing() {
             self.emitted()
         } else {
-            rho.iter().zip(&direct).map(|(r, d)| std::array::from_fn(|l| r[l] * d[l])).collect()
+            let mut source = direct.clone();
+            scattering.act(&mut source);
+            source
         };
-        let (radiosity, products, residual) = self.stabilised(&rho, &source, &tints, accuracy);
+        let (radiosity, products, residual) = self.stabilised(&scattering, &source, &tints, accuracy);
         let mut result = BlockResult {
             radiosity: radiosity.iter().map(|b| b.map(|x| x as f32)).collect(),
             absorbed: [0.0; LANES],
@@ -77,8 +74,24 @@ impl Block<'_> {
             products,
             residual,
         };
-        self.account(&radiosity, &direct, &rho, &tints, &mut result);
+        self.account(&radiosity, &direct, &scattering, &tints, &mut result);
         result
+    }
+
+    /// What the elements do with light that arrives.
+    fn scattering(&self) -> Scattering {
+        let material = |e: &crate::mesh::Element| self.world.surfaces.list[e.surface as usize].material;
+        let list = self.mesh.list();
+        let twin = |(i, e): (usize, &crate::mesh::Element)| {
+            let other = self.mesh.find(e.key.other_side());
+            // Each pair once.
+            let is_pair = self.world.is_translucent(e.surface) && other != NO_ELEMENT && i < other as usize;
+            is_pair.then(|| (i, other as usize, self.lanes(self.optics.tau(material(e)))))
+        };
+        Scattering {
+            rho: list.iter().map(|e| self.lanes(self.optics.rho(material(e), e.front))).collect(),
+            pairs: list.iter().enumerate().filter_map(twin).collect(),
+        }
     }
 
     /// Exitance of every element: the source where emission is not direct light.
@@ -122,21 +135,26 @@ impl Block<'_> {
         direct
     }
 
-    /// `out = x − ρ F x`.
-    fn apply(&self, rho: &[Lanes], tints: &[Lanes], x: &[Lanes], out: &mut [Lanes]) {
+    /// `out = x − S F x`, with `S` the scattering: `ρ` and, between the sides of a translucent element, `τ`.
+    fn apply(&self, scattering: &Scattering, tints: &[Lanes], x: &[Lanes], out: &mut [Lanes]) {
         self.exchange.product(x, tints, out);
-        for ((o, x), r) in out.iter_mut().zip(x).zip(rho) {
-            for l in 0..LANES {
-                o[l] = x[l] - r[l] * o[l];
-            }
+        scattering.act(out);
+        for (o, x) in out.iter_mut().zip(x) {
+            *o = std::array::from_fn(|l| x[l] - o[l]);
         }
     }
 
-    fn stabilised(&self, rho: &[Lanes], source: &[Lanes], tints: &[Lanes], accuracy: f64) -> (Vec<Lanes>, usize, f64) {
+    fn stabilised(
+        &self,
+        scattering: &Scattering,
+        source: &[Lanes],
+        tints: &[Lanes],
+        accuracy: f64,
+    ) -> (Vec<Lanes>, usize, f64) {
         let n = source.len();
         let mut x = source.to_vec(); // direct light reflected once: a better start than nothing
         let mut r = vec![[0.0; LANES]; n];
-        self.apply(rho, tints, &x, &mut r);
+        self.apply(scattering, tints, &x, &mut r);
         for (r, s) in r.iter_mut().zip(source) {
             *r = std::array::from_fn(|l| s[l] - r[l]);
         }
@@ -151,7 +169,7 @@ impl Block<'_> {
             if relative(&rr) <= accuracy {
                 break;
             }
-            self.apply(rho, tints, &p, &mut v);
+            self.apply(scattering, tints, &p, &mut v);
             let shadow_v = dot(&shadow, &v);
             let alpha: Lanes = std::array::from_fn(|l| ratio(along[l], shadow_v[l]));
             for i in 0..n {
@@ -165,7 +183,7 @@ impl Block<'_> {
                 rr = dot(&r, &r);
                 break;
             }
-            self.apply(rho, tints, &r, &mut t);
+            self.apply(scattering, tints, &r, &mut t);
             products += 1;
             let (tr, tt) = (dot(&t, &r), dot(&t, &t));
             let omega: Lanes = std::array::from_fn(|l| ratio(tr[l], tt[l]));
@@ -189,12 +207,25 @@ impl Block<'_> {
     }
 
     /// Sums what is absorbed and what escapes, each on its own.
-    fn account(&self, radiosity: &[Lanes], direct: &[Lanes], rho: &[Lanes], tints: &[Lanes], result: &mut BlockResult) {
+    fn account(
+        &self,
+        radiosity: &[Lanes],
+        direct: &[Lanes],
+        scattering: &Scattering,
+        tints: &[Lanes],
+        result: &mut BlockResult,
+    ) {
         let mut arriving = vec![[0.0; LANES]; radiosity.len()];
         self.exchange.product(radiosity, tints, &mut arriving);
+        let mut kept: Vec<Lanes> = scattering.rho.iter().map(|rho| rho.map(|r| 1.0 - r)).collect();
+        for (i, j, tau) in &scattering.pairs {
+            for side in [i, j] {
+                kept[*side] = std::array::from_fn(|l| kept[*side][l] - tau[l]);
+            }
+        }
         for (i, arriving) in arriving.iter().enumerate() {
             for l in 0..LANES {
-                result.absorbed[l] += self.exchange.area[i] * (1.0 - rho[i][l]) * (direct[i][l] + arriving[l]);
+                result.absorbed[l] += self.exchange.area[i] * kept[i][l] * (direct[i][l] + arriving[l]);
             }
         }
         for exit in &self.other.exits {
@@ -208,6 +239,33 @@ impl Block<'_> {
                     Way::Lost => result.lost[l] += leaving * tint[l],
                     Way::Tinted => result.lost[l] += leaving * (1.0 - tint[l]),
                 }
+            }
+        }
+    }
+}
+
+/// What elements do with light that arrives.
+struct Scattering {
+    /// Reflectance of each.
+    rho: Vec<Lanes>,
+    /// The two sides of a translucent element, and its transmittance.
+    pairs: Vec<(usize, usize, Lanes)>,
+}
+
+impl Scattering {
+    /// From what arrives to what leaves.
+    fn act(&self, light: &mut [Lanes]) {
+        let passed: Vec<[Lanes; 2]> = self
+            .pairs
+            .iter()
+            .map(|(i, j, tau)| [*j, *i].map(|from| std::array::from_fn(|l| tau[l] * light[from][l])))
+            .collect();
+        for (light, rho) in light.iter_mut().zip(&self.rho) {
+            *light = std::array::from_fn(|l| rho[l] * light[l]);
+        }
+        for ((i, j, _), sides) in self.pairs.iter().zip(passed) {
+            for (to, light_through) in [*i, *j].into_iter().zip(sides) {
+                light[to] = std::array::from_fn(|l| light[to][l] + light_through[l]);
             }
         }
     }

@@ -24,7 +24,7 @@ pub use chain::{Fork, Landing, Tint, follow};
 pub use daylight::{DAYLIGHT_GROUPS, GROUND, SKY, SUN, deposit, pass_out, sun_direction};
 pub use direct::{DirectScratch, direct, direct_at_place, direct_parts, transmittance_to, visible_factor};
 pub use glass::{Glazing, GlazingUnit, Pane, Shares};
-pub use optics::{LightPart, Optics};
+pub use optics::{LightPart, Optics, Scatter};
 pub use portals::{chance_weight, through_panes};
 pub use rows::{Replica, RowSettings, Rows, Target};
 pub use specular::{Specular, Speculars};

@@ -75,7 +75,7 @@ impl Speculars {
 /// All that is specular of a material.
 fn spectral_values(kind: &MaterialKind) -> Vec<&SpectralValue> {
     match kind {
-        MaterialKind::Diffuse { .. } => Vec::new(),
+        MaterialKind::Diffuse { .. } | MaterialKind::Translucent { .. } => Vec::new(),
         MaterialKind::Mirror { reflectance } => vec![reflectance],
         MaterialKind::Glass { panes, .. } => panes.values(),
     }
@@ -83,7 +83,7 @@ fn spectral_values(kind: &MaterialKind) -> Vec<&SpectralValue> {
 
 fn specular(kind: &MaterialKind, values: &impl Fn(&SpectralValue) -> Vec<f64>) -> Specular {
     match kind {
-        MaterialKind::Diffuse { .. } => Specular::None,
+        MaterialKind::Diffuse { .. } | MaterialKind::Translucent { .. } => Specular::None,
         MaterialKind::Mirror { reflectance } => {
             let rho: Vec<f32> = values(reflectance).iter().map(|r| *r as f32).collect();
             let is_grey = rho.iter().all(|r| *r == rho[0]);

@@ -37,6 +37,7 @@ pub struct World {
     groups: Vec<[Option<u32>; 2]>,
     has_specular: bool,
     has_glass: bool,
+    translucent: Vec<bool>,
     glowing: bool,
     outside: Vec<bool>,
     daylight: Option<Daylight>,
@@ -67,7 +68,7 @@ impl World {
             groups[e.surface][usize::from(e.front)] = Some(e.group as u32);
         }
         let kinds = scene.materials.iter().map(|m| match m.kind {
-            MaterialKind::Diffuse { .. } => Kind::Diffuse,
+            MaterialKind::Diffuse { .. } | MaterialKind::Translucent { .. } => Kind::Diffuse,
             MaterialKind::Mirror { .. } => Kind::Mirror,
             MaterialKind::Glass { .. } => Kind::Glass,
         });
@@ -79,6 +80,7 @@ impl World {
             has_specular: any(&|k| k != Kind::Diffuse),
             has_glass: any(&|k| k == Kind::Glass),
             caster: Caster::new(&surfaces),
+            translucent: scene.materials.iter().map(|m| m.kind.is_translucent()).collect(),
             kinds,
             greys: Speculars::grey(scene),
             groups,
@@ -164,6 +166,19 @@ impl World {
     #[inline]
     pub fn kind(&self, surface: u32) -> Kind {
         self.kinds[self.surfaces.list[surface as usize].material]
+    }
+
+    /// Does light that arrives on one side of a surface leave the other diffusely?
+    #[must_use]
+    #[inline]
+    pub fn is_translucent(&self, surface: u32) -> bool {
+        self.translucent[self.surfaces.list[surface as usize].material]
+    }
+
+    /// Any translucent surface in the scene?
+    #[must_use]
+    pub fn has_translucent(&self) -> bool {
+        self.surfaces.list.iter().any(|s| self.translucent[s.material])
     }
 
     /// Any mirror or glass in the scene?
