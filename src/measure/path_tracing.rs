@@ -134,6 +134,13 @@ impl<'a> Tracer<'a> {
         if let Some(cosine) = self.sun((x, normal), points.pair(k, dimension)) {
             self.add(self.optics.lamps + SUN, cosine, is_direct);
         }
+        let (images, scene) = (self.world.sun_images(), (self.world, &self.optics.speculars));
+        let mut tint = std::mem::take(&mut self.tint);
+        let mut cast = 0;
+        images.by_paths(scene, (x, normal), points.pair(k, dimension), &mut tint, &mut cast, |cosine, tint| {
+            self.add_tinted(self.optics.lamps + SUN, cosine, is_direct, tint);
+        });
+        (self.tint, self.cast) = (tint, self.cast + cast);
     }
 
     /// The sun's light by one point of its disc, per unit of its irradiance face on, less what the tint tells.
@@ -214,16 +221,22 @@ impl<'a> Tracer<'a> {
 
     /// Adds light of a group that came through the tint: to the direct light of the start, or to the path.
     fn add(&mut self, group: usize, weight: f64, is_direct: bool) {
-        if is_direct && !self.tint.coloured {
-            self.direct[group] += weight * f64::from(self.tint.scale);
+        let tint = std::mem::take(&mut self.tint);
+        self.add_tinted(group, weight, is_direct, &tint);
+        self.tint = tint;
+    }
+
+    fn add_tinted(&mut self, group: usize, weight: f64, is_direct: bool, tint: &Tint) {
+        if is_direct && !tint.coloured {
+            self.direct[group] += weight * f64::from(tint.scale);
             return;
         }
         if is_direct && group >= self.optics.lamps {
             let lamps = self.optics.lamps;
-            return deposit(&mut self.direct[lamps..], group - lamps, weight, &self.tint);
+            return deposit(&mut self.direct[lamps..], group - lamps, weight, tint);
         }
         for band in 0..self.path.len() {
-            let share = self.tint.share(band) * weight as f32;
+            let share = tint.share(band) * weight as f32;
             self.path[band] += self.throughput[band] * share * self.optics.exitance[group][band];
         }
     }

@@ -17,7 +17,7 @@ use crate::light::{Daylight, Emitter};
 use crate::scene::{MaterialKind, Scene};
 use crate::spectrum::{Bands, SpectralValue, Spectrum};
 use crate::transport::points::seed;
-use crate::transport::{GlazingUnit, Optics, Pane, World};
+use crate::transport::{GlazingUnit, LightPart, Optics, Pane, SUN, World};
 
 /// Paths from a pixel, at most: a picture has many pixels and the eye averages.
 const PIXEL_PATHS: u64 = 256;
@@ -190,11 +190,13 @@ fn outdoor_lx(world: &World) -> Option<f64> {
 
 /// What daylight leaves out, told.
 fn omissions(task: &Task<'_>) -> Option<LeftOut> {
-    let sunny = task.world.daylight().is_some_and(|l| l.sun.is_some());
-    (sunny && task.world.has_specular()).then(|| LeftOut {
-        what: "sun mirrored by panes and mirrors onto other surfaces".into(),
-        bound: "not bounded: at most the sun's illuminance times the mirror's reflectance, where its image falls"
-            .into(),
+    let share = task.world.sun_images().bound(task.world, &task.optics.speculars)?;
+    let mut face_on = vec![0.0; task.optics.columns()];
+    face_on[task.optics.lamps + SUN] = 1.0;
+    let sun_lx = task.optics.lux_of_direct(&face_on, LightPart::Sun);
+    Some(LeftOut {
+        what: "sun by two and more reflections at mirrors and panes".into(),
+        bound: format!("at most {:.3e} lx for each such image of the sun, where it falls", share * sun_lx),
     })
 }
 

@@ -127,7 +127,7 @@ pub(super) fn daylight(
             }
         }
     }
-    rays += eye.sun(s, out);
+    rays += eye.sun(s, out) + eye.mirrored_sun(s, out);
     s.coloured = coloured;
     rays
 }
@@ -307,6 +307,14 @@ impl Eye<'_> {
             }
         }
         rays
+    }
+}
+
+impl Eye<'_> {
+    fn mirrored_sun(&self, s: &mut SkyScratch, out: &mut [f64]) -> u64 {
+        let (scene, at) = ((self.world, self.speculars), (self.x, self.normal));
+        let found = |cosine: f64, tint: &Tint| deposit(out, SUN, cosine, tint);
+        self.world.sun_images().light(scene, at, seed(&[self.sample, 98]), &mut s.tint, found)
     }
 }
 

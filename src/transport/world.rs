@@ -7,6 +7,7 @@ use super::daylight::{DAYLIGHT_GROUPS, GROUND, SKY};
 use super::points::Points;
 use super::portals::Portals;
 use super::specular::Speculars;
+use super::sun_images::SunImages;
 use crate::light::sun::DIAMETER_DEG;
 use crate::light::{Daylight, Emitters};
 use crate::mesh::{Surfaces, sample_polygon};
@@ -42,6 +43,7 @@ pub struct World {
     outside: Vec<bool>,
     daylight: Option<Daylight>,
     portals: Portals,
+    sun_images: SunImages,
 }
 
 /// Distance, in units of the scene's size, by which a ray's start is lifted off its surface.
@@ -74,6 +76,7 @@ impl World {
         });
         let kinds: Vec<Kind> = kinds.collect();
         let any = |wanted: &dyn Fn(Kind) -> bool| surfaces.list.iter().any(|s| wanted(kinds[s.material]));
+        let sun = daylight.as_ref().and_then(|d| d.sun);
         let mut world = Self {
             glowing: false,
             portals: Portals::new(&surfaces, |material| kinds[material] == Kind::Glass),
@@ -81,6 +84,7 @@ impl World {
             has_glass: any(&|k| k == Kind::Glass),
             caster: Caster::new(&surfaces),
             translucent: scene.materials.iter().map(|m| m.kind.is_translucent()).collect(),
+            sun_images: sun.map_or_else(SunImages::default, |sun| SunImages::new(&surfaces, &kinds, sun)),
             kinds,
             greys: Speculars::grey(scene),
             groups,
@@ -130,6 +134,12 @@ impl World {
     #[must_use]
     pub fn daylight(&self) -> Option<&Daylight> {
         self.daylight.as_ref()
+    }
+
+    /// The sun in mirrors and panes.
+    #[must_use]
+    pub fn sun_images(&self) -> &SunImages {
+        &self.sun_images
     }
 
     /// Panes, as guides to the sky.
