@@ -5,6 +5,7 @@
 //! turned by (x, y, z) → (x, −z, y), and turned back where a user reads coordinates
 //! ([`Axes::to_user`]).
 
+pub mod bsdf;
 pub mod check;
 #[cfg(test)]
 mod check_tests;
