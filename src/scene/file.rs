@@ -233,6 +233,10 @@ pub(crate) struct MaterialDef {
     /// Index of refraction of clear glass; 1.52 unless given.
     #[serde(alias = "n")]
     pub(crate) refractive_index: Option<At<f64>>,
+    #[schemars(skip)]
+    pub(crate) file: Option<IgnoredAny>,
+    #[schemars(skip)]
+    pub(crate) up: Option<IgnoredAny>,
     /// Light of the surface's own.
     pub(crate) emission: Option<At<EmissionDef>>,
     /// Stands outside: light that it reflects last counts as external.
@@ -274,6 +278,8 @@ pub(crate) enum Kind {
     Mirror,
     /// Passes light on diffusely.
     Translucent,
+    #[schemars(skip)]
+    Bsdf,
 }
 
 /// A number, linear Rec. 709 [r, g, b], or a spectrum file (`wavelength_nm,value`).
@@ -586,7 +592,8 @@ fn reword(message: &str) -> (String, Option<String>) {
         return (format!("unknown key `{found}`"), Some(suggest::mend(found, known)));
     }
     if message.starts_with("unknown variant") {
-        return (format!("unknown word `{found}`"), Some(suggest::mend(found, known)));
+        let known: Vec<&str> = known.iter().copied().filter(|k| *k != "bsdf").collect();
+        return (format!("unknown word `{found}`"), Some(suggest::mend(found, &known)));
     }
     if message.starts_with("missing field") {
         return (format!("missing key `{found}`"), Some(mend_missing(found)));
@@ -659,6 +666,6 @@ mod tests {
         for key in ["luminance_cd_m2", "spacing_m", "range_nm", "film_mm", "additionalProperties"] {
             assert!(text.contains(key), "{key}");
         }
-        assert!(!text.contains("luminaires"), "not built, not offered");
+        assert!(!text.contains("luminaires") && !text.contains("bsdf"), "not built, not offered");
     }
 }

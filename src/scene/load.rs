@@ -7,7 +7,7 @@ use glam::DVec3;
 use sha2::{Digest, Sha256};
 
 use super::faces::{self, Drawn, Names, Place};
-use super::file::{self, At, BandsDef, DivisionDef, ModeDef, ModeName, SceneFile, Source, Up};
+use super::file::{self, At, BandsDef, DivisionDef, Kind, ModeDef, ModeName, SceneFile, Source, Up};
 use super::obj::{self, Obj};
 use super::{Axes, Face, InputFile, Scene, grid, material, shells, sky, suggest, view};
 use crate::error::ErrorKind;
@@ -155,6 +155,20 @@ fn refuse_unbuilt(source: Source<'_>, file: &SceneFile) -> Result<()> {
     if let Some(luminaires) = &file.luminaires {
         let offset = luminaires.value.first().map_or(luminaires.offset, |l| l.offset);
         return Err(source.unsupported(offset, "[[luminaires]]").mend("model the lamp as faces with `emission`"));
+    }
+    for (name, def) in &file.materials {
+        let m = &def.value;
+        if let Some(kind) = m.kind.as_ref().filter(|k| k.value == Kind::Bsdf) {
+            let what = format!("material \"{name}\": kind = \"bsdf\"");
+            let mend = "use glass with its panes, or translucent with the element's diffuse transmittance";
+            return Err(source.unsupported(kind.offset, &what).mend(mend));
+        }
+        for (given, key) in [(m.file.is_some(), "file"), (m.up.is_some(), "up")] {
+            if given {
+                let message = format!("material \"{name}\": `{key}` belongs to a kind that is not in this version");
+                return Err(source.malformed(def.offset, message).mend("remove the key"));
+            }
+        }
     }
     Ok(())
 }

@@ -18,7 +18,8 @@ const BRIGHT: f64 = 0.95;
 /// Checks one material. `area_m2` is the area of all its faces; 0 if it is on none.
 pub(crate) fn resolve(files: &mut Files<'_>, name: &str, def: &At<MaterialDef>, area_m2: f64) -> Result<Material> {
     let kind = match def.value.kind.as_ref().map_or(Kind::Diffuse, |k| k.value) {
-        Kind::Diffuse => diffuse(files, name, def)?,
+        // The loader has refused the latter.
+        Kind::Diffuse | Kind::Bsdf => diffuse(files, name, def)?,
         Kind::Glass => glazing::glass(files, name, def)?,
         Kind::Mirror => mirror(files, name, def)?,
         Kind::Translucent => translucent(files, name, def)?,

@@ -241,8 +241,17 @@ fn translucent_materials_are_judged() {
 
 #[test]
 fn what_is_not_built_is_refused_by_name() {
-    let e = error(&format!("{WALL}[[luminaires]]\nfile = \"a.ies\"\n"));
-    assert!(e.contains("s.toml:7: [[luminaires]] is not supported in this version"), "{e}");
+    for (rest, want) in [
+        ("[[luminaires]]\nfile = \"a.ies\"\n", "s.toml:7: [[luminaires]] is not supported in this version"),
+        (
+            "[materials.blind]\nkind = \"bsdf\"\nfile = \"blind.xml\"\nup = [0, 0, 1]\n",
+            "s.toml:8: material \"blind\": kind = \"bsdf\" is not supported in this version",
+        ),
+        ("[materials.blind]\nreflectance = 0.5\nfile = \"blind.xml\"\n", "`file` belongs to a kind"),
+    ] {
+        let e = error(&format!("{WALL}{rest}"));
+        assert!(e.contains(want), "{rest} gave {e}");
+    }
 }
 
 #[test]
