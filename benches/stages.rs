@@ -131,6 +131,8 @@ fn hall() -> Scene {
         grids: Vec::new(),
         views: Vec::new(),
         daytime: None,
+        occupancy: Default::default(),
+        blinds: Vec::new(),
         axes: Axes::ZUp,
         inputs: Vec::new(),
         warnings: Vec::new(),

@@ -31,6 +31,7 @@
 //! Surfaces are Lambertian reflectors, plane mirrors or thin clear glass. There is no fluorescence, no
 //! polarisation (except inside the Fresnel formulas of glass) and no participating medium.
 
+pub mod annual;
 pub mod chart;
 pub mod cli;
 pub mod error;

@@ -3,6 +3,7 @@
 //! Results go to standard output, all else to standard error. Exit codes: 0 done; 2 bad input or usage;
 //! 3 done, but fewer than 95 % of some grid's sensors hold the tolerance; 1 anything else.
 
+mod annual;
 mod chart;
 mod check;
 mod cpu;
@@ -46,6 +47,8 @@ Exit codes:
 enum Command {
     /// Compute everything the scene asks for: tables, maps and pictures.
     Solve(SolveArgs),
+    /// Compute a year of daylight, hour by hour, and its climate-based metrics.
+    Annual(AnnualArgs),
     /// Measure speed against accuracy of every method on this scene: table and picture.
     Chart(ChartArgs),
     /// Find leaks, flipped normals and misplaced sensors before they cost an hour.
@@ -106,6 +109,66 @@ const SOLVE_HELP: &str = "\
 Writes illuminance.csv, summary.csv, a map of each grid, pictures of each view and run.json.
 The tolerance is a stated error: a sensor holds it when its 95 % interval is within
 tolerance x max(E, mean of its grid / 10). The program chooses mesh, rays and bands to meet it.";
+
+/// Arguments of `annual`.
+#[derive(Args, Debug)]
+struct AnnualArgs {
+    /// The scene file (TOML), with [sky] and [site].
+    scene: PathBuf,
+    /// Weather in place of the scene's: an EPW or WEA file.
+    #[arg(long, value_name = "FILE")]
+    weather: Option<PathBuf>,
+    /// Folder for the results [default: ./out/<name of the scene file>/annual].
+    #[arg(short, long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Error that each sensor may state under an even sky, at 95 % confidence: 5% or 0.05.
+    #[arg(long, default_value = "5%", value_parser = tolerance)]
+    tolerance: f64,
+    /// Patches of the sky whose reflected light is told apart [default: from the tolerance].
+    #[arg(long, value_enum, value_name = "N")]
+    sky_patches: Option<PatchCount>,
+    /// Threads [default: all processors]. The results do not depend on it.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    threads: Option<u32>,
+    /// Seed of all random numbers.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Print the run's record (run.json) instead of the table.
+    #[arg(long)]
+    json: bool,
+    /// No progress and no warnings.
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+/// Divisions of the sky.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum PatchCount {
+    /// Tregenza's patches of 12°.
+    #[value(name = "145")]
+    Coarse,
+    /// Patches of 6°.
+    #[value(name = "577")]
+    Middle,
+    /// Patches of 4°.
+    #[value(name = "1297")]
+    Fine,
+    /// Patches of 3°.
+    #[value(name = "2305")]
+    Finest,
+}
+
+impl PatchCount {
+    /// Parts of a side of Tregenza's patches.
+    fn parts(self) -> usize {
+        match self {
+            Self::Coarse => 1,
+            Self::Middle => 2,
+            Self::Fine => 3,
+            Self::Finest => 4,
+        }
+    }
+}
 
 /// Arguments of `check`.
 #[derive(Args, Debug)]
@@ -232,6 +295,7 @@ pub fn run() -> ExitCode {
     };
     let outcome = match &cli.command {
         Command::Solve(args) => solve::run(args),
+        Command::Annual(args) => annual::run(args),
         Command::Chart(args) => chart::run(args),
         Command::Check(args) => check::run(args),
         Command::Schema => schema(),

@@ -31,6 +31,9 @@ pub struct Daylight {
     pub warnings: Vec<String>,
 }
 
+/// Horizontal illuminance of the sky for which coefficients are worked out, lx: they do not depend on it.
+const COEFFICIENT_LX: f64 = 10_000.0;
+
 /// Amounts of a moment and what its sky looks like.
 struct Light {
     diffuse_lx: f64,
@@ -83,6 +86,20 @@ impl Daylight {
         })
     }
 
+    /// A sky of the same luminance everywhere, in the spectra and over the ground of a scene: for daylight coefficients.
+    #[must_use]
+    pub(crate) fn uniform(day: &Daytime) -> Self {
+        Self {
+            sky: Some(Sky::new(SkyModel::Uniform, DVec3::Z)),
+            sun: None,
+            sky_irradiance: scaled(&day.spectrum, COEFFICIENT_LX),
+            sun_irradiance: scaled(&day.sun_spectrum, COEFFICIENT_LX),
+            ground_reflectance: day.ground_reflectance,
+            facts: Vec::new(),
+            warnings: Vec::new(),
+        }
+    }
+
     /// Horizontal illuminance under the whole sky without the sun, lx: what daylight factors refer to.
     #[must_use]
     pub fn diffuse_horizontal_lx(&self) -> f64 {
@@ -124,7 +141,7 @@ fn position(
         .mend("remove sun_altitude_deg and sun_azimuth_deg, or the time")),
         (None, None) => Ok(None),
         (None, Some((site, time))) => {
-            let place = place(day, site, weather, warnings)?;
+            let place = site_of(day, site, weather, warnings)?;
             if !time.value.is_utc {
                 let line = site.longitude_deg.map_or(time.line, |l| l.line);
                 check_zone(place.longitude_deg, time.value.utc_offset_h).map_err(|e| at(day, line, e))?;
@@ -144,7 +161,16 @@ fn moment(time: &crate::scene::ClockTime) -> Moment {
 const FAR_DEG: f64 = 1.0;
 const TOO_FAR_DEG: f64 = 10.0;
 
-fn place(day: &Daytime, site: &Site, weather: Option<&Weather>, warnings: &mut Vec<String>) -> Result<Place> {
+/// Where a site is: its own words, else its weather's.
+///
+/// # Errors
+/// Without a place, and far from its weather.
+pub(crate) fn site_of(
+    day: &Daytime,
+    site: &Site,
+    weather: Option<&Weather>,
+    warnings: &mut Vec<String>,
+) -> Result<Place> {
     let theirs = weather.map(|w| w.place);
     let latitude_deg = site.latitude_deg.or(theirs.map(|p| p.latitude_deg));
     let longitude_deg = site.longitude_deg.map(|l| l.value).or(theirs.map(|p| p.longitude_deg));

@@ -11,5 +11,6 @@ pub mod sun;
 pub mod weather;
 
 pub use daylight::Daylight;
+pub(crate) use daylight::site_of;
 pub use emitters::{Emitter, Emitters};
 pub use lambert::{above_plane, configuration_factor};

@@ -45,12 +45,13 @@ const REFINED_ELEMENTS: usize = 200_000;
 pub(super) const HOLD: f64 = 0.95;
 
 /// Where random numbers are used, so that no two uses share a stream.
-mod stream {
-    pub(super) const SENSOR: u64 = 1;
+pub(super) mod stream {
+    pub(in crate::measure) const SENSOR: u64 = 1;
     pub(super) const ROWS: u64 = 2;
     pub(super) const TWIN: u64 = 3;
     pub(super) const SHADOW: u64 = 4;
     pub(super) const WALK: u64 = 7;
+    pub(in crate::measure) const PATCHES: u64 = 8;
 }
 
 /// One sensor on its way to the tolerance.
@@ -60,10 +61,11 @@ pub(super) struct SensorState {
     /// Direct irradiance per unit exitance: by set (one entry where it is exact), by group.
     direct: Vec<Vec<f64>>,
     sums: Vec<SetSums>,
-    done: u32,
+    /// Rays of each set.
+    pub(super) done: u32,
     wanted: u32,
     /// Distance within which its rays go on as paths, in the program's frame; never less than an element's size.
-    near: f64,
+    pub(super) near: f64,
     /// Illuminance: X, Y, Z, and what is stated of Y.
     pub(super) xyz: [f64; 3],
     /// Illuminance without diffuse reflection: of emitters, of the sun, of the sky.
@@ -89,6 +91,7 @@ pub(super) struct Adapted {
     pub(super) main: Solved,
     pub(super) twin: Solved,
     pub(super) rows: Rows,
+    pub(super) twin_rows: Rows,
     pub(super) grids: Vec<Vec<SensorState>>,
     pub(super) mesh_size: f64,
     pub(super) rounds: usize,
@@ -141,7 +144,7 @@ impl Task<'_> {
         let demand = self.demand(&grids);
         let mut size = self.first_size(demand.reach);
         let (mut rays, mut factors) = (0, 0);
-        let mut solved: Option<(Solved, Solved, Rows)> = None;
+        let mut solved: Option<(Solved, Solved, [Rows; 2])> = None;
         let mut round = 0;
         loop {
             round += 1;
@@ -151,8 +154,8 @@ impl Task<'_> {
                     let start = Instant::now();
                     self.progress.stage(&format!("round {round}: elements and rows"), 0);
                     let fresh = self.solve_at(size, &demand)?;
-                    rays += fresh.2.rays_cast;
-                    factors += fresh.2.factors;
+                    rays += fresh.2.iter().map(|r| r.rays_cast).sum::<u64>();
+                    factors += fresh.2.iter().map(|r| r.factors).sum::<u64>();
                     grids.iter_mut().flatten().for_each(|s| s.restart(self.optics.pad));
                     timings.push((format!("round {round}: rows and solve"), start.elapsed().as_secs_f64()));
                     fresh
@@ -171,10 +174,12 @@ impl Task<'_> {
                 let counts = grids.iter().flatten().filter(|s| s.probe.status == Status::Ok);
                 let sensor_rays = counts.fold((u32::MAX, 0), |(lo, hi), s| (lo.min(s.done), hi.max(s.done)));
                 let accuracy = self.accuracy();
+                let [rows, twin_rows] = rows;
                 return Ok(Adapted {
                     main,
                     twin,
                     rows,
+                    twin_rows,
                     grids,
                     mesh_size: size,
                     rounds: round,
@@ -257,7 +262,7 @@ impl Task<'_> {
     }
 
     /// Meshes at `size` and twice that, asked for by the sensors and pixels, with their solutions.
-    fn solve_at(&self, size: f64, demand: &Demand) -> Result<(Solved, Solved, Rows)> {
+    fn solve_at(&self, size: f64, demand: &Demand) -> Result<(Solved, Solved, [Rows; 2])> {
         let build = |size: f64, purpose: u64| -> Result<(Solved, Rows)> {
             let mut mesh = Elements::new(&self.world.surfaces, size, &demand.importance);
             let keys: Vec<ElementKey> =
@@ -276,11 +281,9 @@ impl Task<'_> {
             let solution = solve::solve(self.world, self.optics, &mesh, &rows, self.accuracy())?;
             Ok((Solved::new(mesh, solution, self.optics), rows))
         };
-        let (main, mut rows) = build(size, stream::ROWS)?;
+        let (main, rows) = build(size, stream::ROWS)?;
         let (twin, twin_rows) = build(2.0 * size, stream::TWIN)?;
-        rows.rays_cast += twin_rows.rays_cast;
-        rows.factors += twin_rows.factors;
-        Ok((main, twin, rows))
+        Ok((main, twin, [rows, twin_rows]))
     }
 
     /// Where the first rays of the sensors and of some pixels land.

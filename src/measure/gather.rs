@@ -191,6 +191,18 @@ pub(super) struct Gatherer<'a> {
     pub(super) near: u64,
     /// What the ray met first.
     first: First,
+    /// Places and directions of daylight, with what the way to them leaves in every band: kept apart where this is asked
+    /// for.
+    found: Option<Vec<(Found, Vec<f32>)>>,
+}
+
+/// Light of the day that a ray found on its way, told apart by direction: in place of its sum ([`Gatherer::found`]).
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Found {
+    /// A vertex of a path: what it sees of the sky counts.
+    Vertex { position: DVec3, normal: DVec3 },
+    /// Sky or ground seen in a mirror, in this direction.
+    Mirrored { direction: DVec3 },
 }
 
 /// What a ray met first, behind mirrors and panes.
@@ -224,7 +236,13 @@ impl<'a> Gatherer<'a> {
             trust: field.main.mesh.size,
             near: 0,
             first: First::Inside,
+            found: None,
         }
+    }
+
+    /// A gatherer that keeps daylight apart by direction, for [`Gatherer::record`].
+    pub(super) fn recording(field: &'a Field<'a>) -> Self {
+        Self { found: Some(Vec::new()), ..Self::new(field) }
     }
 
     /// Factors of direct light ([`Optics::columns`]), apart from what the gather rays bring.
@@ -238,6 +256,44 @@ impl<'a> Gatherer<'a> {
 
     /// Adds the rays `from..to` of a set to its sums.
     pub(super) fn gather(&mut self, x: DVec3, normal: DVec3, stream: u64, range: (u32, u32), sums: &mut SetSums) {
+        self.each(x, normal, stream, range, |own, k, end, plain| own.sum(k, end, plain, sums));
+    }
+
+    /// Tells `visit` of each ray of a set where its light is read (element, element of the twin), what the way leaves in
+    /// every band (`None`: all), and the daylight found on it. Returns the number of rays that count.
+    pub(super) fn record(
+        &mut self,
+        x: DVec3,
+        normal: DVec3,
+        stream: u64,
+        count: u32,
+        mut visit: impl FnMut(Option<(u32, u32)>, Option<&[f32]>, &[(Found, Vec<f32>)]),
+    ) -> u32 {
+        let mut rays = 0;
+        self.each(x, normal, stream, (0, count), |own, _, end, plain| {
+            let found = own.found.take().unwrap_or_default();
+            let read = match end {
+                End::Covered => None,
+                End::Dark => Some(None),
+                End::Element { main, twin } => Some(Some((main, twin))),
+            };
+            if let Some(read) = read {
+                rays += 1;
+                visit(read, (!plain).then_some(&own.throughput), &found);
+            }
+            own.found = Some(found);
+        });
+        rays
+    }
+
+    fn each(
+        &mut self,
+        x: DVec3,
+        normal: DVec3,
+        stream: u64,
+        range: (u32, u32),
+        mut visit: impl FnMut(&mut Self, u32, End, bool),
+    ) {
         let points = Points::new(stream);
         let mut from = range.0;
         while from < range.1 {
@@ -254,16 +310,17 @@ impl<'a> Gatherer<'a> {
             self.field.world.caster.closest_batch(&rays, &mut hits);
             self.cast += rays.len() as u64;
             for (i, (ray, hit)) in rays.iter().zip(&hits).enumerate() {
-                self.one(*ray, *hit, &points, from + i as u32, stream, sums);
+                let k = from + i as u32;
+                let (end, plain) = self.trace(*ray, *hit, &points, k, stream);
+                visit(self, k, end, plain);
             }
             (self.rays, self.hits) = (rays, hits);
             from = to;
         }
     }
 
-    fn one(&mut self, ray: Ray, hit: Hit, points: &Points, k: u32, stream: u64, sums: &mut SetSums) {
+    fn sum(&mut self, k: u32, end: End, plain: bool, sums: &mut SetSums) {
         let wants_squares = self.field.spectral && k.is_multiple_of(SQUARES_EVERY);
-        let (end, plain) = self.trace(ray, hit, points, k, stream);
         if plain && wants_squares {
             self.value.fill(0.0);
         }
@@ -344,6 +401,9 @@ impl<'a> Gatherer<'a> {
         let mut plain = true;
         let mut vertex = None;
         self.first = First::Inside;
+        if let Some(found) = &mut self.found {
+            found.clear();
+        }
         for bounce in 0..MAX_BOUNCES {
             self.tint.reset();
             let choice = if world.has_glass() { points.get(k, 4 * bounce + 4) } else { 0.5 };
@@ -357,6 +417,8 @@ impl<'a> Gatherer<'a> {
                 Landing::Escaped { direction, mirrored } => {
                     let weight = match vertex {
                         _ if mirrored => 1.0,
+                        // All that a vertex sees is kept apart.
+                        Some(_) if self.found.is_some() => return (End::Dark, plain),
                         // The start of all has its exact direct light already.
                         None => return (End::Dark, plain),
                         Some(vertex) => chance_weight(world, vertex, direction),
@@ -407,7 +469,10 @@ impl<'a> Gatherer<'a> {
             }
             let normal = s.side_normal(front != scatter.passes);
             let x = world.lift(s.point(uv), normal);
-            if !glowing {
+            if self.found.is_some() {
+                self.keep(Found::Vertex { position: x, normal });
+                vertex = Some((x, normal));
+            } else if !glowing {
                 self.factors.fill(0.0);
                 let shadow = seed(&[stream, u64::from(k), u64::from(bounce)]);
                 direct_parts(world, (x, normal), shadow, false, &mut self.scratch, &mut self.factors);
@@ -449,7 +514,18 @@ impl<'a> Gatherer<'a> {
             self.first = if direction.z < 0.0 { First::External } else { First::Sky };
         }
         self.spoil(plain);
+        if self.found.is_some() {
+            self.keep(Found::Mirrored { direction });
+            return;
+        }
         add_product(&mut self.value, &self.field.optics.exitance[group], &self.throughput, (weight * light) as f32);
+    }
+
+    fn keep(&mut self, what: Found) {
+        let left = self.throughput.clone();
+        if let Some(found) = &mut self.found {
+            found.push((what, left));
+        }
     }
 
     /// Adds what the surface emits.

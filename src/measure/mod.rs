@@ -7,6 +7,7 @@
 mod adaptive;
 mod camera;
 mod classic;
+mod coefficients;
 mod gather;
 mod ledger;
 mod options;
@@ -18,7 +19,9 @@ mod run;
 mod statement;
 mod view;
 
+pub use coefficients::{Coefficients, ESTIMATES, GridCoefficients, SunScratch};
 pub use options::{Display, Method, Progress, Silent, SolveOptions};
 pub use remarks::remarks;
 pub use result::*;
-pub use run::solve;
+pub use run::{coefficients, solve};
+pub(crate) use statement::student;

@@ -6,6 +6,7 @@ use std::time::Instant;
 use glam::DVec3;
 
 use super::adaptive::{Adapted, SensorState, Task, holding};
+use super::coefficients::Coefficients;
 use super::options::{Method, Progress, SolveOptions};
 use super::probe::hidden;
 use super::result::{
@@ -32,7 +33,7 @@ pub fn solve(scene: &Scene, options: &SolveOptions, progress: &dyn Progress) -> 
         return Err(Error::malformed(format!("tolerance {} is not a positive number", options.tolerance)));
     }
     if scene.faces.is_empty() {
-        return Err(Error::impossible("no geometry: the scene has no face").mend("add faces to a file of [geometry]"));
+        return Err(no_face());
     }
     let start = Instant::now();
     progress.stage("geometry", 0);
@@ -67,6 +68,57 @@ pub fn solve(scene: &Scene, options: &SolveOptions, progress: &dyn Progress) -> 
         Method::PathTracing => Ok(by_path_tracing(&task, record)),
         _ => classic::run(&task, record),
     }
+}
+
+/// Daylight coefficients of a scene to the tolerance asked for under an even sky; reflected light in `parts` of
+/// Tregenza's patches a side.
+///
+/// # Errors
+/// As [`solve`], and for a scene without a sky.
+pub fn coefficients(
+    scene: &Scene,
+    options: &SolveOptions,
+    parts: usize,
+    progress: &dyn Progress,
+) -> Result<(Coefficients, Record)> {
+    let Some(day) = &scene.daytime else {
+        return Err(Error::malformed("the scene has no [sky]").mend("add a [sky] table"));
+    };
+    if scene.faces.is_empty() {
+        return Err(no_face());
+    }
+    let start = Instant::now();
+    let world = World::with_daylight(scene, Some(Daylight::uniform(day)));
+    let (bands, why) = plan_bands(scene, world.daylight(), options.tolerance)?;
+    let optics = Optics::new(scene, &world, bands);
+    let mut record = Record {
+        method: "daylight coefficients".into(),
+        seed: options.seed,
+        tolerance: options.tolerance,
+        settings: vec![Setting { name: "bands".into(), value: optics.bands.len().to_string(), why }],
+        warnings: scene.warnings.clone(),
+        ..Record::default()
+    };
+    if !world.emitters.list.is_empty() {
+        record.warnings.push("a year is of daylight alone: the lamps of the scene are off".into());
+    }
+    let task = Task { scene, world: &world, optics: &optics, options, progress };
+    let mut adapted = task.refine()?;
+    record.timings_s.append(&mut adapted.timings);
+    describe(&task, &adapted, &mut record);
+    if world.has_specular() {
+        record.left_out.push(LeftOut {
+            what: "sun mirrored by panes and mirrors onto other surfaces".into(),
+            bound: "at most the sun's illuminance times the reflectance at its angle, where its image falls".into(),
+        });
+    }
+    let found = task.coefficients(&adapted, parts)?;
+    record.timings_s.push(("coefficients".into(), start.elapsed().as_secs_f64()));
+    Ok((found, record))
+}
+
+fn no_face() -> Error {
+    Error::impossible("no geometry: the scene has no face").mend("add faces to a file of [geometry]")
 }
 
 /// What the glass of a scene does, told in the terms of data sheets and of other programs: luminous values for light of

@@ -216,7 +216,7 @@ pub(super) fn median(mut v: Vec<f64>) -> f64 {
 }
 
 /// Two-sided 95 % quantile of Student's t.
-pub(super) fn student(freedom: f64) -> f64 {
+pub(crate) fn student(freedom: f64) -> f64 {
     const STEP: f64 = 0.25;
     static TABLE: LazyLock<Vec<f64>> = LazyLock::new(|| {
         (0..=400)

@@ -46,8 +46,15 @@ pub(super) struct Field {
 
 impl Field {
     pub(super) fn new(grid: &GridResult) -> Result<Self> {
-        let wrong = |what: &str| Error::new(ErrorKind::Internal, format!("grid {:?}: {what}", grid.name));
-        let GridLayout::Raster { origin, u, v, nu, nv, index } = &grid.layout else {
+        let values: Vec<Option<f64>> =
+            grid.sensors.iter().map(|s| (s.status == Status::Ok).then_some(s.xyz[1])).collect();
+        Self::of(&grid.name, &grid.layout, &values)
+    }
+
+    /// Of any quantity, by sensor; nothing where the sensor sees nothing.
+    pub(super) fn of(name: &str, layout: &GridLayout, values: &[Option<f64>]) -> Result<Self> {
+        let wrong = |what: &str| Error::new(ErrorKind::Internal, format!("grid {name:?}: {what}"));
+        let GridLayout::Raster { origin, u, v, nu, nv, index } = layout else {
             return Err(wrong("its points lie in no raster"));
         };
         if index.len() != nu * nv || index.is_empty() {
@@ -57,14 +64,12 @@ impl Field {
             let Some(i) = *i else {
                 return Ok(Cell::Empty);
             };
-            let s = grid.sensors.get(i).ok_or_else(|| wrong("its raster points to a sensor that is not there"))?;
-            Ok(match s.status {
-                Status::Ok if !s.xyz[1].is_finite() => {
-                    return Err(wrong(&format!("point {i} is not finite")));
-                }
-                Status::Ok => Cell::Lit(s.xyz[1]),
-                Status::Covered | Status::Inside => Cell::Covered,
-            })
+            match values.get(i) {
+                None => Err(wrong("its raster points to a sensor that is not there")),
+                Some(Some(v)) if !v.is_finite() => Err(wrong(&format!("point {i} is not finite"))),
+                Some(Some(v)) => Ok(Cell::Lit(*v)),
+                Some(None) => Ok(Cell::Covered),
+            }
         };
         let cells: Vec<Cell> = index.iter().map(cell).collect::<Result<_>>()?;
         Ok(Self { origin: *origin, u: *u, v: *v, nu: *nu, nv: *nv, continued: continued(&cells, *nu, *nv), cells })

@@ -95,10 +95,13 @@ pub(super) fn hatch(x: usize, y: usize) -> Colour {
     if (x + y) % 10 < 2 { [150; 3] } else { [222; 3] }
 }
 
-/// A direction of a map: coordinates from `start` over `length`, rising or falling, metres.
+/// A direction of a map: coordinates from `start` over `length`, rising or falling.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Axis {
-    name: &'static str,
+    /// Name with unit.
+    label: String,
+    /// Ticks of its own in place of round numbers.
+    named: Vec<(f64, String)>,
     start: f64,
     sign: f64,
     length: f64,
@@ -111,13 +114,18 @@ impl Axis {
         let length = side.length();
         let along = (0..3).find(|&c| side[c].abs() > (1.0 - 1e-9) * length);
         match along {
-            Some(c) => Self { name: ["x", "y", "z"][c], start: origin[c], sign: side[c].signum(), length },
-            None => Self { name: elsewhere, start: 0.0, sign: 1.0, length },
+            Some(c) => Self::metres(["x", "y", "z"][c], origin[c], side[c].signum(), length),
+            None => Self::metres(elsewhere, 0.0, 1.0, length),
         }
     }
 
-    fn label(&self) -> String {
-        format!("{} [m]", self.name)
+    fn metres(name: &str, start: f64, sign: f64, length: f64) -> Self {
+        Self { label: format!("{name} [m]"), named: Vec::new(), start, sign, length }
+    }
+
+    /// An axis with named places.
+    pub(super) fn named(label: &str, length: f64, named: Vec<(f64, String)>) -> Self {
+        Self { label: label.to_owned(), named, start: 0.0, sign: 1.0, length }
     }
 
     /// Places in pixels from the start and their texts: as many as have room, two at least where that can be.
@@ -126,6 +134,10 @@ impl Axis {
         const ROOM: [f64; 4] = [90.0, 60.0, 40.0, 32.0];
         if !(self.length > 0.0 && self.length.is_finite() && self.start.is_finite()) {
             return Vec::new();
+        }
+        if !self.named.is_empty() {
+            let place = |at: f64| (at / self.length * pixels as f64).round() as usize;
+            return self.named.iter().map(|(at, text)| (place(*at), text.clone())).collect();
         }
         let steps = ROOM.map(|room| round_step(self.length * room / pixels as f64));
         let tried = steps.map(|step| self.ticks_at(step, pixels));
@@ -173,10 +185,10 @@ fn draw_u_axis(canvas: &mut Canvas, plot: Rect, axis: &Axis) {
         let left = x.saturating_sub(Font::Body.width(&text) / 2);
         canvas.text(left, plot.bottom() + 2 * TICK, &text, Font::Body, INK);
     }
-    let label = axis.label();
-    let left = (plot.left + plot.width / 2).saturating_sub(Font::Body.width(&label) / 2);
+    let label = &axis.label;
+    let left = (plot.left + plot.width / 2).saturating_sub(Font::Body.width(label) / 2);
     let top = plot.bottom() + 2 * TICK + Font::Body.height() + 4;
-    canvas.text(left, top, &label, Font::Body, INK);
+    canvas.text(left, top, label, Font::Body, INK);
 }
 
 fn draw_v_axis(canvas: &mut Canvas, plot: Rect, axis: &Axis) {
@@ -189,9 +201,9 @@ fn draw_v_axis(canvas: &mut Canvas, plot: Rect, axis: &Axis) {
         let top = y.saturating_sub(Font::Body.height() / 2);
         canvas.text(left, top, &text, Font::Body, INK);
     }
-    let label = axis.label();
-    let bottom = plot.top + plot.height / 2 + Font::Body.width(&label) / 2;
-    canvas.text_up(BORDER, bottom, &label, Font::Body, INK);
+    let label = &axis.label;
+    let bottom = plot.top + plot.height / 2 + Font::Body.width(label) / 2;
+    canvas.text_up(BORDER, bottom, label, Font::Body, INK);
 }
 
 #[cfg(test)]
@@ -206,13 +218,13 @@ mod tests {
     fn axes_carry_the_users_names_and_directions() {
         // y-up: the user's z is minus the program's y.
         let a = axis(DVec3::new(0.0, 4.0, 0.0));
-        assert_eq!((a.name, a.start, a.sign, a.length), ("z", -2.0, -1.0, 4.0));
-        assert_eq!(axis(DVec3::new(1.0, 1.0, 0.0)).name, "along u");
+        assert_eq!((a.label.as_str(), a.start, a.sign, a.length), ("z [m]", -2.0, -1.0, 4.0));
+        assert_eq!(axis(DVec3::new(1.0, 1.0, 0.0)).label, "along u [m]");
     }
 
     #[test]
     fn ticks_are_round_and_inside() {
-        let a = Axis { name: "x", start: 0.25, sign: 1.0, length: 3.5 };
+        let a = Axis::metres("x", 0.25, 1.0, 3.5);
         let ticks = a.ticks(700);
         assert_eq!(ticks[0], (50, "0.5".into()));
         assert!(ticks.iter().all(|t| t.0 <= 700));

@@ -8,7 +8,7 @@ use super::scale::{Scale, three_digits};
 use super::table::Statistics;
 use crate::error::Result;
 use crate::measure::{GridResult, ViewResult};
-use crate::scene::Scene;
+use crate::scene::{Axes, Scene};
 
 /// Longer side of a plot, pixels; pictures are at least as large.
 pub(super) const LONG_SIDE: usize = 900;
@@ -16,19 +16,37 @@ pub(super) const LONG_SIDE: usize = 900;
 /// The map of a grid whose sensors lie in a raster.
 pub(super) fn illuminance(scene: &Scene, grid: &GridResult) -> Result<Vec<u8>> {
     let field = Field::new(grid)?;
-    let lit: Vec<f64> = field.cells.iter().filter_map(|c| c.value()).collect();
-    let scale = Scale::illuminance(&lit);
+    let scale = Scale::illuminance(&lit(&field));
+    let words = Words { title: &grid.name, subtitle: &scene.title, notes: &grid_notes(grid), unit: "lx" };
+    draw(&field, &scale, &words, scene.axes)
+}
+
+/// Values of the cells that have one.
+pub(super) fn lit(field: &Field) -> Vec<f64> {
+    field.cells.iter().filter_map(|c| c.value()).collect()
+}
+
+/// What is written about a map.
+pub(super) struct Words<'a> {
+    pub(super) title: &'a str,
+    pub(super) subtitle: &'a str,
+    pub(super) notes: &'a [String],
+    pub(super) unit: &'a str,
+}
+
+/// A false-colour map with isolines.
+pub(super) fn draw(field: &Field, scale: &Scale, words: &Words<'_>, axes: Axes) -> Result<Vec<u8>> {
     let (width, height) = field.plot_size();
-    let map = Pixels::new(&field, width, height);
+    let map = Pixels::new(field, width, height);
     let mut figure = Figure::new(&Contents {
-        title: &grid.name,
-        subtitle: &scene.title,
-        notes: &grid_notes(grid),
+        title: words.title,
+        subtitle: words.subtitle,
+        notes: words.notes,
         hatched: field.cells.contains(&Cell::Covered),
         plot: (width, height),
-        axes: Some(field.axes(scene.axes)),
-        scale: &scale,
-        unit: "lx",
+        axes: Some(field.axes(axes)),
+        scale,
+        unit: words.unit,
     });
     let (plot, canvas) = (figure.plot, &mut figure.canvas);
     for y in 0..height {
@@ -41,7 +59,7 @@ pub(super) fn illuminance(scene: &Scene, grid: &GridResult) -> Result<Vec<u8>> {
             canvas.set(plot.left + x, plot.top + y, colour);
         }
     }
-    draw_isolines(canvas, plot, &map, &scale);
+    draw_isolines(canvas, plot, &map, scale);
     canvas.frame(plot, LINE);
     figure.canvas.into_png()
 }

@@ -3,6 +3,10 @@
 //! In: a [`Measurement`] and its [`Scene`]. Out: files in one directory, each whole or not at all. Nothing
 //! is computed here but means, colours and pictures; a value that is not finite is refused, never written.
 
+mod annual;
+mod annual_json;
+mod annual_pictures;
+mod annual_tables;
 mod canvas;
 mod chart;
 mod curves;
@@ -29,6 +33,8 @@ use crate::error::{Error, ErrorKind, Result};
 use crate::measure::{Ledger, Measurement, ViewResult};
 use crate::scene::{GridLayout, Scene};
 
+pub use annual::write_year;
+pub use annual_json::year_json;
 pub use chart::write_chart;
 pub use curves::{Curve, CurvePanel, Curves, write_curves};
 pub use run_json::run_json;

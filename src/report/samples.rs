@@ -25,6 +25,8 @@ pub(super) fn scene() -> Scene {
         grids: Vec::new(),
         views: Vec::new(),
         daytime: None,
+        occupancy: Default::default(),
+        blinds: Vec::new(),
         axes: Axes::ZUp,
         inputs: vec![InputFile { path: "office.obj".into(), sha256: "00ff".into() }],
         warnings: vec!["the scene says so".into()],

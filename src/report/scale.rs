@@ -30,6 +30,8 @@ const STEPS: f64 = 12.0;
 const WIDEST_LINEAR: f64 = 40.0;
 /// Decades of a logarithmic scale that have ticks at 1, 2 and 5; more have them at 1 alone.
 const FINE_DECADES: f64 = 3.5;
+/// Lower end of a scale over a year, lx.
+const LEAST_OF_YEAR_LX: f64 = 10.0;
 /// Most decades that are shown.
 const MOST_DECADES: i32 = 5;
 
@@ -43,6 +45,21 @@ impl Scale {
             return Self::logarithmic(low, max, colorous::VIRIDIS);
         }
         Self::linear(min, max, colorous::VIRIDIS)
+    }
+
+    /// For shares, in percent.
+    pub(super) fn percent() -> Self {
+        Self::linear(0.0, 100.0, colorous::VIRIDIS)
+    }
+
+    /// From zero, for quantities without a usual range.
+    pub(super) fn from_zero(values: &[f64]) -> Self {
+        Self::linear(0.0, extremes(values).1, colorous::VIRIDIS)
+    }
+
+    /// For illuminances over a year: logarithmic, from the little that can be read by.
+    pub(super) fn of_year(values: &[f64]) -> Self {
+        Self::logarithmic(LEAST_OF_YEAR_LX, extremes(values).1.max(10.0 * LEAST_OF_YEAR_LX), colorous::INFERNO)
     }
 
     /// For luminances: logarithmic, without the darkest hundredth.

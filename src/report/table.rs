@@ -88,7 +88,7 @@ fn sensor_row(axes: Axes, s: &SensorResult) -> Checked<Vec<String>> {
     Ok(row)
 }
 
-fn status(status: Status) -> &'static str {
+pub(super) fn status(status: Status) -> &'static str {
     match status {
         Status::Ok => "ok",
         Status::Covered => "covered",
@@ -233,12 +233,12 @@ pub(super) fn irradiance(m: &Measurement) -> Result<Vec<u8>> {
 
 /// A value that must not be written.
 #[derive(Debug)]
-struct NotFinite(f64);
+pub(super) struct NotFinite(pub(super) f64);
 
-type Checked<T> = std::result::Result<T, NotFinite>;
+pub(super) type Checked<T> = std::result::Result<T, NotFinite>;
 
 /// The shortest text that reads back to the same number.
-fn number(v: f64) -> Checked<String> {
+pub(super) fn number(v: f64) -> Checked<String> {
     if !v.is_finite() {
         return Err(NotFinite(v));
     }
@@ -261,20 +261,20 @@ fn at_grid(grid: &GridResult, e: &NotFinite) -> Error {
 }
 
 /// A CSV file in memory.
-struct Table(csv::Writer<Vec<u8>>);
+pub(super) struct Table(csv::Writer<Vec<u8>>);
 
 impl Table {
-    fn new(header: &[&str]) -> Result<Self> {
+    pub(super) fn new(header: &[&str]) -> Result<Self> {
         let mut table = Self(csv::Writer::from_writer(Vec::new()));
         table.0.write_record(header).map_err(broken)?;
         Ok(table)
     }
 
-    fn line(&mut self, fields: &[String]) -> Result<()> {
+    pub(super) fn line(&mut self, fields: &[String]) -> Result<()> {
         self.0.write_record(fields).map_err(broken)
     }
 
-    fn finish(self) -> Result<Vec<u8>> {
+    pub(super) fn finish(self) -> Result<Vec<u8>> {
         self.0.into_inner().map_err(|e| Error::new(ErrorKind::Internal, format!("a table: {e}")))
     }
 }

@@ -15,6 +15,7 @@ use serde::{Deserialize, Deserializer};
 
 use super::sky::{SiteDef, SkyDef};
 use super::suggest;
+use super::usage::{AnnualDef, BlindDef};
 use crate::{Error, Result};
 
 /// A value and where it stands in the file, as a byte offset.
@@ -105,6 +106,11 @@ pub(crate) struct SceneFile {
     pub(crate) sky: Option<At<SkyDef>>,
     /// Place and time.
     pub(crate) site: Option<At<SiteDef>>,
+    /// What a year of daylight is judged by.
+    pub(crate) annual: Option<At<AnnualDef>>,
+    /// Blinds before windows, for a year of daylight.
+    #[serde(default)]
+    pub(crate) blinds: Vec<At<BlindDef>>,
     #[schemars(skip)]
     pub(crate) luminaires: Option<At<Vec<At<IgnoredAny>>>>,
 }

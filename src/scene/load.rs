@@ -9,7 +9,7 @@ use sha2::{Digest, Sha256};
 use super::faces::{self, Drawn, Names, Place};
 use super::file::{self, At, BandsDef, DivisionDef, Kind, ModeDef, ModeName, SceneFile, Source, Up};
 use super::obj::{self, Obj};
-use super::{Axes, Face, InputFile, Scene, grid, material, shells, sky, suggest, view};
+use super::{Axes, Face, InputFile, Scene, grid, material, shells, sky, suggest, usage, view};
 use crate::error::ErrorKind;
 use crate::spectrum::BandMode;
 use crate::{Error, Result};
@@ -49,6 +49,8 @@ pub fn load(path: &Path) -> Result<Scene> {
     }
     let north_deg = file.geometry.value.north_deg.as_ref().map_or(0.0, |n| n.value);
     let daytime = sky::resolve(&mut files, file.sky.as_ref(), file.site.as_ref(), north_deg)?;
+    let occupancy = usage::occupancy(&mut files, file.annual.as_ref())?;
+    let blinds = usage::blinds(&mut files, &file.blinds, &materials, &drawing.objects)?;
     let title = file.title.unwrap_or_else(|| stem(path));
     Ok(Scene {
         title,
@@ -59,6 +61,8 @@ pub fn load(path: &Path) -> Result<Scene> {
         grids,
         views,
         daytime,
+        occupancy,
+        blinds,
         axes,
         inputs: files.inputs,
         warnings: files.warnings,

@@ -23,6 +23,7 @@ mod sky;
 mod suggest;
 #[cfg(test)]
 mod tests;
+mod usage;
 mod view;
 
 use std::path::PathBuf;
@@ -33,6 +34,7 @@ pub use check::{Diagnostic, Severity, check};
 pub use file::json_schema;
 pub use load::load;
 pub use sky::{Amount, ClockTime, Daytime, Placed, Site, SkyName};
+pub use usage::{Blind, BlindControl, Occupancy};
 
 use crate::spectrum::{BandMode, SpectralValue, Spectrum};
 
@@ -64,6 +66,10 @@ pub struct Scene {
     pub views: Vec<View>,
     /// Sky, sun and ground, as asked for.
     pub daytime: Option<Daytime>,
+    /// Hours of presence, for a year of daylight.
+    pub occupancy: Occupancy,
+    /// Blinds before windows, for a year of daylight.
+    pub blinds: Vec<Blind>,
     /// The user's axes.
     pub axes: Axes,
     /// Files read, with SHA-256 of their bytes in hexadecimal, in reading order.

@@ -4,12 +4,14 @@
 //! reflectance; a Krylov method takes it in a step or two, where sweeps need 1/(1 − ρ) of them.
 
 use super::exchange::{Exchange, Way};
-use crate::mesh::{Elements, NO_ELEMENT};
+use super::scattering::Scattering;
+use crate::mesh::Elements;
 use crate::transport::{Optics, Rows, World};
 
 /// Bands in a block.
 pub const LANES: usize = 8;
-type Lanes = [f64; LANES];
+/// Values of the right-hand sides that are solved abreast.
+pub type Lanes = [f64; LANES];
 const MAX_STEPS: usize = 200;
 
 /// One block of bands of one replica.
@@ -57,7 +59,7 @@ impl Block<'_> {
     pub fn solve(&self, accuracy: f64) -> BlockResult {
         let tints: Vec<Lanes> = self.rows.tints.iter().map(|t| self.lanes(t)).collect();
         let direct = self.direct(&tints);
-        let scattering = self.scattering();
+        let scattering = Scattering::new(self.world, self.optics, self.mesh, |bands| self.lanes(bands));
         let source: Vec<Lanes> = if self.world.glowing() {
             self.emitted()
         } else {
@@ -65,7 +67,8 @@ impl Block<'_> {
             scattering.act(&mut source);
             source
         };
-        let (radiosity, products, residual) = self.stabilised(&scattering, &source, &tints, accuracy);
+        let system = System { exchange: self.exchange, scattering: &scattering, tints: &tints };
+        let (radiosity, products, residual) = system.solve(&source, accuracy);
         let mut result = BlockResult {
             radiosity: radiosity.iter().map(|b| b.map(|x| x as f32)).collect(),
             absorbed: [0.0; LANES],
@@ -76,22 +79,6 @@ impl Block<'_> {
         };
         self.account(&radiosity, &direct, &scattering, &tints, &mut result);
         result
-    }
-
-    /// What the elements do with light that arrives.
-    fn scattering(&self) -> Scattering {
-        let material = |e: &crate::mesh::Element| self.world.surfaces.list[e.surface as usize].material;
-        let list = self.mesh.list();
-        let twin = |(i, e): (usize, &crate::mesh::Element)| {
-            let other = self.mesh.find(e.key.other_side());
-            // Each pair once.
-            let is_pair = self.world.is_translucent(e.surface) && other != NO_ELEMENT && i < other as usize;
-            is_pair.then(|| (i, other as usize, self.lanes(self.optics.tau(material(e)))))
-        };
-        Scattering {
-            rho: list.iter().map(|e| self.lanes(self.optics.rho(material(e), e.front))).collect(),
-            pairs: list.iter().enumerate().filter_map(twin).collect(),
-        }
     }
 
     /// Exitance of every element: the source where emission is not direct light.
@@ -126,84 +113,14 @@ impl Block<'_> {
             *d = std::array::from_fn(|l| d[l] + irradiance[l]);
         }
         let per_ray = 1.0 / self.rows.rays as f64;
-        for (i, group, weight, tint) in &replica.mirrored {
-            let (d, m) = (&mut direct[*i as usize], &exitance[*group as usize]);
+        for seen in &replica.mirrored {
+            let (d, m) = (&mut direct[seen.element as usize], &exitance[seen.group as usize]);
+            let share = per_ray * f64::from(seen.share * seen.weight);
             for l in 0..LANES {
-                d[l] += per_ray * f64::from(*weight) * tints[*tint as usize][l] * m[l];
+                d[l] += share * tints[seen.tint as usize][l] * m[l];
             }
         }
         direct
-    }
-
-    /// `out = x − S F x`, with `S` the scattering: `ρ` and, between the sides of a translucent element, `τ`.
-    fn apply(&self, scattering: &Scattering, tints: &[Lanes], x: &[Lanes], out: &mut [Lanes]) {
-        self.exchange.product(x, tints, out);
-        scattering.act(out);
-        for (o, x) in out.iter_mut().zip(x) {
-            *o = std::array::from_fn(|l| x[l] - o[l]);
-        }
-    }
-
-    fn stabilised(
-        &self,
-        scattering: &Scattering,
-        source: &[Lanes],
-        tints: &[Lanes],
-        accuracy: f64,
-    ) -> (Vec<Lanes>, usize, f64) {
-        let n = source.len();
-        let mut x = source.to_vec(); // direct light reflected once: a better start than nothing
-        let mut r = vec![[0.0; LANES]; n];
-        self.apply(scattering, tints, &x, &mut r);
-        for (r, s) in r.iter_mut().zip(source) {
-            *r = std::array::from_fn(|l| s[l] - r[l]);
-        }
-        let shadow = r.clone();
-        let (mut p, mut v, mut t) = (r.clone(), vec![[0.0; LANES]; n], vec![[0.0; LANES]; n]);
-        let whole = dot(source, source);
-        let mut rr = dot(&r, &r);
-        let mut along = rr;
-        let mut products = 1;
-        let relative = |rr: &Lanes| (0..LANES).map(|l| ratio(rr[l], whole[l]).sqrt()).fold(0.0, f64::max);
-        for _ in 0..MAX_STEPS {
-            if relative(&rr) <= accuracy {
-                break;
-            }
-            self.apply(scattering, tints, &p, &mut v);
-            let shadow_v = dot(&shadow, &v);
-            let alpha: Lanes = std::array::from_fn(|l| ratio(along[l], shadow_v[l]));
-            for i in 0..n {
-                for l in 0..LANES {
-                    x[i][l] += alpha[l] * p[i][l];
-                    r[i][l] -= alpha[l] * v[i][l];
-                }
-            }
-            products += 1;
-            if relative(&dot(&r, &r)) <= accuracy {
-                rr = dot(&r, &r);
-                break;
-            }
-            self.apply(scattering, tints, &r, &mut t);
-            products += 1;
-            let (tr, tt) = (dot(&t, &r), dot(&t, &t));
-            let omega: Lanes = std::array::from_fn(|l| ratio(tr[l], tt[l]));
-            for i in 0..n {
-                for l in 0..LANES {
-                    x[i][l] += omega[l] * r[i][l];
-                    r[i][l] -= omega[l] * t[i][l];
-                }
-            }
-            let next = dot(&shadow, &r);
-            let beta: Lanes = std::array::from_fn(|l| ratio(next[l], along[l]) * ratio(alpha[l], omega[l]));
-            for i in 0..n {
-                for l in 0..LANES {
-                    p[i][l] = r[i][l] + beta[l] * (p[i][l] - omega[l] * v[i][l]);
-                }
-            }
-            along = next;
-            rr = dot(&r, &r);
-        }
-        (x, products, relative(&rr))
     }
 
     /// Sums what is absorbed and what escapes, each on its own.
@@ -217,12 +134,7 @@ impl Block<'_> {
     ) {
         let mut arriving = vec![[0.0; LANES]; radiosity.len()];
         self.exchange.product(radiosity, tints, &mut arriving);
-        let mut kept: Vec<Lanes> = scattering.rho.iter().map(|rho| rho.map(|r| 1.0 - r)).collect();
-        for (i, j, tau) in &scattering.pairs {
-            for side in [i, j] {
-                kept[*side] = std::array::from_fn(|l| kept[*side][l] - tau[l]);
-            }
-        }
+        let kept = scattering.absorbed();
         for (i, arriving) in arriving.iter().enumerate() {
             for l in 0..LANES {
                 result.absorbed[l] += self.exchange.area[i] * kept[i][l] * (direct[i][l] + arriving[l]);
@@ -244,30 +156,80 @@ impl Block<'_> {
     }
 }
 
-/// What elements do with light that arrives.
-struct Scattering {
-    /// Reflectance of each.
-    rho: Vec<Lanes>,
-    /// The two sides of a translucent element, and its transmittance.
-    pairs: Vec<(usize, usize, Lanes)>,
+/// `(I − SF) B = s` for eight right-hand sides abreast.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct System<'a> {
+    pub(super) exchange: &'a Exchange,
+    pub(super) scattering: &'a Scattering,
+    pub(super) tints: &'a [Lanes],
 }
 
-impl Scattering {
-    /// From what arrives to what leaves.
-    fn act(&self, light: &mut [Lanes]) {
-        let passed: Vec<[Lanes; 2]> = self
-            .pairs
-            .iter()
-            .map(|(i, j, tau)| [*j, *i].map(|from| std::array::from_fn(|l| tau[l] * light[from][l])))
-            .collect();
-        for (light, rho) in light.iter_mut().zip(&self.rho) {
-            *light = std::array::from_fn(|l| rho[l] * light[l]);
+impl System<'_> {
+    /// `out = x − S F x`.
+    fn apply(&self, x: &[Lanes], out: &mut [Lanes]) {
+        self.exchange.product(x, self.tints, out);
+        self.scattering.act(out);
+        for (o, x) in out.iter_mut().zip(x) {
+            *o = std::array::from_fn(|l| x[l] - o[l]);
         }
-        for ((i, j, _), sides) in self.pairs.iter().zip(passed) {
-            for (to, light_through) in [*i, *j].into_iter().zip(sides) {
-                light[to] = std::array::from_fn(|l| light[to][l] + light_through[l]);
+    }
+
+    /// Radiosities for a source of reflected direct light, to a relative residual of `accuracy` in every lane; products
+    /// needed, and the residual.
+    pub(super) fn solve(&self, source: &[Lanes], accuracy: f64) -> (Vec<Lanes>, usize, f64) {
+        let n = source.len();
+        let mut x = source.to_vec(); // direct light reflected once: a better start than nothing
+        let mut r = vec![[0.0; LANES]; n];
+        self.apply(&x, &mut r);
+        for (r, s) in r.iter_mut().zip(source) {
+            *r = std::array::from_fn(|l| s[l] - r[l]);
+        }
+        let shadow = r.clone();
+        let (mut p, mut v, mut t) = (r.clone(), vec![[0.0; LANES]; n], vec![[0.0; LANES]; n]);
+        let whole = dot(source, source);
+        let mut rr = dot(&r, &r);
+        let mut along = rr;
+        let mut products = 1;
+        let relative = |rr: &Lanes| (0..LANES).map(|l| ratio(rr[l], whole[l]).sqrt()).fold(0.0, f64::max);
+        for _ in 0..MAX_STEPS {
+            if relative(&rr) <= accuracy {
+                break;
             }
+            self.apply(&p, &mut v);
+            let shadow_v = dot(&shadow, &v);
+            let alpha: Lanes = std::array::from_fn(|l| ratio(along[l], shadow_v[l]));
+            for i in 0..n {
+                for l in 0..LANES {
+                    x[i][l] += alpha[l] * p[i][l];
+                    r[i][l] -= alpha[l] * v[i][l];
+                }
+            }
+            products += 1;
+            if relative(&dot(&r, &r)) <= accuracy {
+                rr = dot(&r, &r);
+                break;
+            }
+            self.apply(&r, &mut t);
+            products += 1;
+            let (tr, tt) = (dot(&t, &r), dot(&t, &t));
+            let omega: Lanes = std::array::from_fn(|l| ratio(tr[l], tt[l]));
+            for i in 0..n {
+                for l in 0..LANES {
+                    x[i][l] += omega[l] * r[i][l];
+                    r[i][l] -= omega[l] * t[i][l];
+                }
+            }
+            let next = dot(&shadow, &r);
+            let beta: Lanes = std::array::from_fn(|l| ratio(next[l], along[l]) * ratio(alpha[l], omega[l]));
+            for i in 0..n {
+                for l in 0..LANES {
+                    p[i][l] = r[i][l] + beta[l] * (p[i][l] - omega[l] * v[i][l]);
+                }
+            }
+            along = next;
+            rr = dot(&r, &r);
         }
+        (x, products, relative(&rr))
     }
 }
 

@@ -5,13 +5,16 @@
 //! reflectance goes to one.
 
 mod bicgstab;
+mod columns;
 pub mod dense;
 mod exchange;
 pub mod hierarchical;
+mod scattering;
 
 use rayon::prelude::*;
 
-pub use bicgstab::{Block, BlockResult, LANES};
+pub use bicgstab::{Block, BlockResult, LANES, Lanes};
+pub use columns::Columns;
 pub use exchange::Exchange;
 
 use crate::error::{Error, Result};
@@ -60,11 +63,7 @@ impl Solution {
 pub fn solve(world: &World, optics: &Optics, mesh: &Elements, rows: &Rows, accuracy: f64) -> Result<Solution> {
     let n = mesh.len();
     let replicas = rows.replicas.len();
-    let closure = (1e-1 * accuracy).clamp(1e-10, 1e-5);
-    let mut exchanges: Vec<Exchange> = (0..replicas).into_par_iter().map(|r| Exchange::new(mesh, rows, r)).collect();
-    let sends: Vec<Vec<f64>> = (0..replicas).map(|r| closed_by_others(&exchanges, r)).collect();
-    exchanges.par_iter_mut().zip(&sends).for_each(|(e, sends)| e.balance(mesh, sends, closure));
-    check_finite(world, optics, mesh, &exchanges)?;
+    let exchanges = exchanges(world, optics, mesh, rows, accuracy)?;
     let blocks = optics.pad / LANES;
     let results: Vec<BlockResult> = (0..replicas * blocks)
         .into_par_iter()
@@ -107,6 +106,17 @@ impl Solution {
         self.products = self.products.max(result.products);
         self.residual = self.residual.max(result.residual);
     }
+}
+
+/// The matrices of all replicas, balanced for a residual of `accuracy`.
+fn exchanges(world: &World, optics: &Optics, mesh: &Elements, rows: &Rows, accuracy: f64) -> Result<Vec<Exchange>> {
+    let replicas = rows.replicas.len();
+    let closure = (1e-1 * accuracy).clamp(1e-10, 1e-5);
+    let mut exchanges: Vec<Exchange> = (0..replicas).into_par_iter().map(|r| Exchange::new(mesh, rows, r)).collect();
+    let sends: Vec<Vec<f64>> = (0..replicas).map(|r| closed_by_others(&exchanges, r)).collect();
+    exchanges.par_iter_mut().zip(&sends).for_each(|(e, sends)| e.balance(mesh, sends, closure));
+    check_finite(world, optics, mesh, &exchanges)?;
+    Ok(exchanges)
 }
 
 /// Mean closed share of each element over the replicas other than one.

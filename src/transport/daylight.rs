@@ -33,11 +33,13 @@ const MAX_DEPTH: u32 = 4;
 /// Rays in a cell that is still too full, and over the sun's disc.
 const CELL_RAYS: u32 = 8;
 const SUN_RAYS: u32 = 64;
-/// Relative difference of two rules at which a triangle is not divided further: for elements, of which many are averaged,
-/// and for points that are reported at a tolerance of 1 %. It falls with the square of the tolerance: the finer rule errs
-/// by its power 1.5 or more.
-const QUADRATURE: f64 = 0.02;
+/// Relative difference of two rules at which a triangle is not divided further, for points that are reported at a
+/// tolerance of 1 %. It falls with the square of the tolerance: the finer rule errs by its power 1.5 or more.
 const FINE_QUADRATURE: f64 = 0.001;
+const QUADRATURE: f64 = 0.02;
+/// Widest triangle that is read at its middle alone, radians: for elements, of which many are averaged. The rule errs by
+/// about a twenty-fourth of the square of it, times the curvature of luminance and transmittance.
+const ELEMENT_WIDTH: f64 = 0.25;
 /// Cosine between corners of a triangle that is divided in any case: seven points are too few for so wide a view.
 const WIDE: f64 = 0.8;
 const QUADRATURE_DEPTH: u32 = 7;
@@ -50,11 +52,12 @@ pub(super) struct SkyScratch {
     planes: Vec<DVec3>,
     cover: Vec<DVec3>,
     cut: Vec<DVec3>,
-    /// Where triangles are not divided further; elements' limit where none is set.
+    /// Where triangles are not divided further; `None` for elements.
     limit: Option<f64>,
     /// Mirrors and panes in the bands of the run, where any is coloured.
     coloured: Option<Speculars>,
     tint: Tint,
+    through: Vec<u32>,
 }
 
 impl SkyScratch {
@@ -87,6 +90,74 @@ pub fn deposit(out: &mut [f64], group: usize, value: f64, tint: &Tint) {
     }
 }
 
+/// What becomes of the parts of sky and ground that a point sees.
+trait Receiver {
+    /// A piece that is seen whole.
+    fn piece(&mut self, eye: &Eye<'_>, piece: &Piece, group: usize, tint: &mut Tint);
+    /// A direction that chance chose, with its share of the projected solid angle, sr; and the panes on the way.
+    fn ray(&mut self, eye: &Eye<'_>, direction: DVec3, panes: (&Tint, &[u32]), weight: f64, group: usize);
+}
+
+/// Sums of all light of sky and ground.
+struct Totals<'a> {
+    out: &'a mut [f64],
+    limit: Option<f64>,
+}
+
+impl Receiver for Totals<'_> {
+    fn piece(&mut self, eye: &Eye<'_>, piece: &Piece, group: usize, tint: &mut Tint) {
+        eye.integrate(piece, group, self.limit, tint, self.out);
+    }
+
+    fn ray(&mut self, eye: &Eye<'_>, direction: DVec3, (tint, _): (&Tint, &[u32]), weight: f64, group: usize) {
+        deposit(self.out, group, weight * eye.luminance(group, direction), tint);
+    }
+}
+
+/// Directions in which a point sees sky or ground, none of them standing for more than `width` radians across.
+struct Directions<'a> {
+    width: f64,
+    count: u64,
+    visit: &'a mut dyn FnMut(Seen<'_>),
+}
+
+/// A direction in which a point sees sky or ground.
+#[derive(Clone, Copy, Debug)]
+pub struct Seen<'a> {
+    /// Unit vector.
+    pub direction: DVec3,
+    /// Projected solid angle that it stands for, sr.
+    pub weight: f64,
+    /// What panes leave.
+    pub tint: &'a Tint,
+    /// Their surfaces.
+    pub panes: &'a [u32],
+}
+
+impl Receiver for Directions<'_> {
+    fn piece(&mut self, eye: &Eye<'_>, piece: &Piece, _: usize, tint: &mut Tint) {
+        if eye.is_shut(piece) {
+            return;
+        }
+        let panes = piece.panes();
+        eye.points(&piece.polygon, self.width, &mut |[a, b, c], weight| {
+            // Anywhere in the triangle: on the whole, as much falls to each side of a border as lies there.
+            self.count += 1;
+            let chance = seed(&[eye.sample, self.count]);
+            let (u, v) = (unit(chance >> 32), unit(chance & 0xFFFF_FFFF));
+            let root = u.sqrt();
+            let direction = (a * (1.0 - root) + b * (root * (1.0 - v)) + c * (root * v)).normalize();
+            tint.reset();
+            eye.at_panes(panes, direction, |pane, cosine| tint.pass(pane, cosine));
+            (self.visit)(Seen { direction, weight, tint, panes });
+        });
+    }
+
+    fn ray(&mut self, _: &Eye<'_>, direction: DVec3, (tint, panes): (&Tint, &[u32]), weight: f64, _: usize) {
+        (self.visit)(Seen { direction, weight, tint, panes });
+    }
+}
+
 /// What looks where: a point with its normal, and the seed of the rays it may need.
 struct Eye<'a> {
     world: &'a World,
@@ -112,22 +183,47 @@ pub(super) fn daylight(
     let eye = Eye { world, speculars: coloured.as_ref().unwrap_or(world.greys()), x, normal, sample };
     let mut rays = 0;
     if parts == Parts::All {
-        for octant in 0..8u64 {
-            let sign = |bit: u64| if octant >> bit & 1 == 1 { -1.0 } else { 1.0 };
-            let below = sign(2) < 0.0;
-            if (below && light.ground_reflectance == 0.0) || (!below && light.sky.is_none()) {
-                continue;
-            }
-            let corners = [DVec3::X * sign(0), DVec3::Y * sign(1), DVec3::Z * sign(2)];
-            let mut polygon = Vec::with_capacity(4);
-            above_plane(&corners, normal, 0.0, &mut polygon);
-            if polygon.len() >= 3 {
-                let group = if below { GROUND } else { SKY };
-                rays += eye.cell(&polygon, group, 0, octant, s, out);
-            }
-        }
+        let wanted = (light.sky.is_some(), light.ground_reflectance > 0.0);
+        let limit = s.limit;
+        rays += eye.look(wanted, s, &mut Totals { out, limit });
     }
     rays += eye.sun(s, out) + eye.mirrored_sun(s, out);
+    s.coloured = coloured;
+    rays
+}
+
+/// Tells `visit` the directions in which a point sees sky and ground, finer than `width` radians. Returns rays that chance
+/// chose.
+pub fn visible_directions(
+    world: &World,
+    (x, normal): (DVec3, DVec3),
+    sample: u64,
+    width: f64,
+    scratch: &mut super::DirectScratch,
+    visit: &mut dyn FnMut(Seen<'_>),
+) -> u64 {
+    let s = &mut scratch.sky;
+    let coloured = s.coloured.take();
+    let eye = Eye { world, speculars: coloured.as_ref().unwrap_or(world.greys()), x, normal, sample };
+    let rays = eye.look((true, true), s, &mut Directions { width, count: 0, visit });
+    s.coloured = coloured;
+    rays
+}
+
+/// Adds the factors of the sun's disc about `direction`, wherever the sun of the world stands, to those of daylight: see
+/// [`deposit`]. Returns rays that chance chose.
+pub fn sun_factor(
+    world: &World,
+    (x, normal): (DVec3, DVec3),
+    direction: DVec3,
+    sample: u64,
+    scratch: &mut super::DirectScratch,
+    out: &mut [f64],
+) -> u64 {
+    let s = &mut scratch.sky;
+    let coloured = s.coloured.take();
+    let eye = Eye { world, speculars: coloured.as_ref().unwrap_or(world.greys()), x, normal, sample };
+    let rays = eye.sun_at(direction, s, out);
     s.coloured = coloured;
     rays
 }
@@ -140,7 +236,33 @@ pub(super) enum Parts {
 }
 
 impl Eye<'_> {
-    fn cell(&self, polygon: &[DVec3], group: usize, depth: u32, path: u64, s: &mut SkyScratch, out: &mut [f64]) -> u64 {
+    /// Looks at sky and ground, as wanted, octant by octant.
+    fn look(&self, (sky, ground): (bool, bool), s: &mut SkyScratch, out: &mut impl Receiver) -> u64 {
+        let mut rays = 0;
+        for octant in 0..8u64 {
+            let sign = |bit: u64| if octant >> bit & 1 == 1 { -1.0 } else { 1.0 };
+            let below = sign(2) < 0.0;
+            if !(if below { ground } else { sky }) {
+                continue;
+            }
+            let corners = [DVec3::X * sign(0), DVec3::Y * sign(1), DVec3::Z * sign(2)];
+            let mut polygon = Vec::with_capacity(4);
+            above_plane(&corners, self.normal, 0.0, &mut polygon);
+            if polygon.len() >= 3 {
+                rays += self.cell(&polygon, if below { GROUND } else { SKY }, (0, octant), s, out);
+            }
+        }
+        rays
+    }
+
+    fn cell(
+        &self,
+        polygon: &[DVec3],
+        group: usize,
+        (depth, path): (u32, u64),
+        s: &mut SkyScratch,
+        out: &mut impl Receiver,
+    ) -> u64 {
         if self.is_covered(polygon, s) {
             return 0;
         }
@@ -154,19 +276,17 @@ impl Eye<'_> {
                 list[*b as usize].area.total_cmp(&list[*a as usize].area).then_with(|| a.cmp(b))
             });
             if s.visible.clip(self.world, self.x, (self.normal, 1e-9), polygon, s.blockers.iter().copied()) {
-                let limit = s.limit.unwrap_or(QUADRATURE);
-                for piece in &s.visible.pieces {
-                    self.integrate(piece, group, limit, &mut s.tint, out);
-                }
+                let SkyScratch { visible, tint, .. } = s;
+                visible.pieces.iter().for_each(|piece| out.piece(self, piece, group, tint));
                 return 0;
             }
         }
         if depth == MAX_DEPTH {
-            return self.sampled(polygon, group, path, &mut s.tint, out);
+            return self.sampled(polygon, group, path, s, out);
         }
         let mut rays = 0;
         for (k, part) in divide(polygon).iter().enumerate() {
-            rays += self.cell(part, group, depth + 1, path * 8 + k as u64 + 1, s, out);
+            rays += self.cell(part, group, (depth + 1, path * 8 + k as u64 + 1), s, out);
         }
         rays
     }
@@ -221,7 +341,8 @@ impl Eye<'_> {
         self.world.daylight().and_then(|d| d.sky).map_or(0.0, |sky| sky.luminance(direction))
     }
 
-    fn integrate(&self, piece: &Piece, group: usize, limit: f64, tint: &mut Tint, out: &mut [f64]) {
+    /// Sums the light of a piece, finely where a limit is set.
+    fn integrate(&self, piece: &Piece, group: usize, limit: Option<f64>, tint: &mut Tint, out: &mut [f64]) {
         let is_flat = group == GROUND || self.world.daylight().and_then(|d| d.sky).is_some_and(|s| s.is_uniform());
         if is_flat && piece.panes().is_empty() {
             out[group] += configuration_factor(&piece.polygon, self.normal);
@@ -230,6 +351,19 @@ impl Eye<'_> {
         if self.is_shut(piece) {
             return;
         }
+        let is_grey = piece.panes().iter().all(|p| self.speculars.pane(self.world, *p).is_some_and(Glazing::is_grey));
+        let Some(limit) = limit else {
+            self.points(&piece.polygon, ELEMENT_WIDTH, &mut |[a, b, c], weight| {
+                let direction = (a + b + c).normalize();
+                let value = weight * self.luminance(group, direction);
+                if is_grey {
+                    out[group] += value * self.passed(piece.panes(), direction);
+                } else {
+                    self.enter(piece.panes(), direction, (group, value), tint, out);
+                }
+            });
+            return;
+        };
         let light = |p: DVec3| {
             let squared = p.length_squared();
             let length = squared.sqrt();
@@ -252,8 +386,40 @@ impl Eye<'_> {
         }
     }
 
+    /// Divides a cone into spherical triangles finer than `width` radians, each with its projected solid angle, sr.
+    fn points(&self, polygon: &[DVec3], width: f64, visit: &mut impl FnMut([DVec3; 3], f64)) {
+        let first = polygon[0].normalize();
+        let least = width.cos();
+        for e in polygon.windows(2).skip(1) {
+            self.triangle([first, e[0].normalize(), e[1].normalize()], least, visit);
+        }
+    }
+
+    /// The same within a spherical triangle: its longest side is halved until it is short enough.
+    fn triangle(&self, [a, b, c]: [DVec3; 3], least: f64, visit: &mut impl FnMut([DVec3; 3], f64)) {
+        let (ab, bc, ca) = (a.dot(b), b.dot(c), c.dot(a));
+        if ab.min(bc).min(ca) < least {
+            let (p, q, r) = if ab <= bc && ab <= ca {
+                (a, b, c)
+            } else if bc <= ca {
+                (b, c, a)
+            } else {
+                (c, a, b)
+            };
+            let middle = (p + q).normalize();
+            self.triangle([p, middle, r], least, visit);
+            self.triangle([middle, q, r], least, visit);
+            return;
+        }
+        // tan Ω/2 by van Oosterom and Strackee 1983; small, so that two terms of the arc tangent are enough.
+        let half = a.dot(b.cross(c)).abs() / (1.0 + ab + bc + ca);
+        let solid_angle = 2.0 * half * (1.0 - half * half / 3.0);
+        let cosine = self.normal.dot(a + b + c).max(0.0) / (a + b + c).length();
+        visit([a, b, c], solid_angle * cosine);
+    }
+
     /// A cell with too many blockers: well-spread rays.
-    fn sampled(&self, polygon: &[DVec3], group: usize, path: u64, tint: &mut Tint, out: &mut [f64]) -> u64 {
+    fn sampled(&self, polygon: &[DVec3], group: usize, path: u64, s: &mut SkyScratch, out: &mut impl Receiver) -> u64 {
         let points = Points::new(seed(&[self.sample, path]));
         let mut rays = 0;
         let first = polygon[0];
@@ -265,9 +431,11 @@ impl Eye<'_> {
                 let p = first + ((e[0] - first) * (1.0 - a) + (e[1] - first) * a) * root;
                 let (squared, direction) = (p.length_squared(), p.normalize());
                 let weight = 0.5 * volume * self.normal.dot(direction).max(0.0) / (squared * squared.sqrt());
-                tint.reset();
-                if pass_out(self.world, self.speculars, self.x, direction, tint, &mut rays) {
-                    deposit(out, group, weight * self.luminance(group, direction) / f64::from(CELL_RAYS), tint);
+                s.tint.reset();
+                s.through.clear();
+                let each = |pane| s.through.push(pane);
+                if pass(self.world, self.speculars, (self.x, direction), &mut s.tint, &mut rays, each) {
+                    out.ray(self, direction, (&s.tint, &s.through), weight / f64::from(CELL_RAYS), group);
                 }
             }
         }
@@ -275,7 +443,10 @@ impl Eye<'_> {
     }
 
     fn sun(&self, s: &mut SkyScratch, out: &mut [f64]) -> u64 {
-        let Some(direction) = self.world.daylight().and_then(|d| d.sun) else { return 0 };
+        self.world.daylight().and_then(|d| d.sun).map_or(0, |direction| self.sun_at(direction, s, out))
+    }
+
+    fn sun_at(&self, direction: DVec3, s: &mut SkyScratch, out: &mut [f64]) -> u64 {
         let disc = sun::disc(direction);
         let face_on = configuration_factor(&disc, direction);
         let mut above = Vec::with_capacity(16);
@@ -318,6 +489,11 @@ impl Eye<'_> {
     }
 }
 
+/// A whole number below 2^32 as a share of one.
+fn unit(number: u64) -> f64 {
+    number as f64 / 4_294_967_296.0
+}
+
 /// A direction to the sun's disc from a point of the unit square.
 #[must_use]
 pub fn sun_direction(disc: &[DVec3], a: f64, b: f64) -> DVec3 {
@@ -339,6 +515,18 @@ pub fn pass_out(
     tint: &mut Tint,
     rays: &mut u64,
 ) -> bool {
+    pass(world, speculars, (x, direction), tint, rays, |_| {})
+}
+
+/// The same; `each` is told of every pane on the way.
+fn pass(
+    world: &World,
+    speculars: &Speculars,
+    (x, direction): (DVec3, DVec3),
+    tint: &mut Tint,
+    rays: &mut u64,
+    mut each: impl FnMut(u32),
+) -> bool {
     let mut start = x;
     for _ in 0..16 {
         let ray = Ray::new(start, direction);
@@ -349,9 +537,18 @@ pub fn pass_out(
         }
         let Some(pane) = speculars.pane(world, hit.surface) else { return false };
         tint.pass(pane, world.surfaces.list[hit.surface as usize].normal.dot(direction).abs());
+        each(hit.surface);
         start = ray.at(hit.t) + direction * world.skin();
     }
     false
+}
+
+/// The panes through which light comes from outside to `x` along `−direction`; nothing where all else blocks it.
+#[must_use]
+pub fn panes_towards(world: &World, optics: &Optics, x: DVec3, direction: DVec3) -> Option<Vec<u32>> {
+    let mut panes = Vec::new();
+    let mut tint = Tint::new(optics.pad);
+    pass(world, &optics.speculars, (x, direction), &mut tint, &mut 0, |pane| panes.push(pane)).then_some(panes)
 }
 
 /// Smaller cones that make up one: triangles of a polygon, quarters of a triangle.

@@ -40,7 +40,7 @@ pub struct DirectScratch {
     planes: Vec<DVec3>,
     blockers: Vec<u32>,
     visible: Visible,
-    sky: SkyScratch,
+    pub(super) sky: SkyScratch,
     /// For each emitter, at every how manyth place of the element at work it is looked at; 0 where none sees it.
     every: Vec<usize>,
     /// Emitters of which one is drawn for each set of places: number, and light of it and of all before it.

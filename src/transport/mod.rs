@@ -22,12 +22,15 @@ mod visible;
 mod world;
 
 pub use chain::{Fork, Landing, Tint, follow};
-pub use daylight::{DAYLIGHT_GROUPS, GROUND, SKY, SUN, deposit, pass_out, sun_direction};
+pub use daylight::{
+    DAYLIGHT_GROUPS, GROUND, SKY, SUN, Seen, deposit, panes_towards, pass_out, sun_direction, sun_factor,
+    visible_directions,
+};
 pub use direct::{DirectScratch, direct, direct_at_place, direct_parts, transmittance_to, visible_factor};
 pub use glass::{Glazing, GlazingUnit, Pane, Shares};
 pub use optics::{LightPart, Optics, Scatter};
 pub use portals::{chance_weight, through_panes};
-pub use rows::{Replica, RowSettings, Rows, Target};
+pub use rows::{Mirrored, Replica, RowSettings, Rows, Target};
 pub use specular::{Specular, Speculars};
 pub use sun_images::SunImages;
 pub use world::{Kind, World, cosine_direction};

@@ -75,10 +75,27 @@ pub struct Replica {
     shares: Vec<(f32, u32)>,
     /// Irradiance per unit exitance from each group: `element · groups + group`.
     pub direct: Vec<f32>,
-    /// Emission seen by mirrors: element, group, weight, tint.
-    pub mirrored: Vec<(u32, u32, f32, u32)>,
+    /// Light seen by mirrors.
+    pub mirrored: Vec<Mirrored>,
     /// Daylight that came by coloured panes: element, and irradiance by band, W/(m² nm), padded.
     pub tinted: Vec<(u32, Vec<f32>)>,
+}
+
+/// Light that a ray of an element sees in a mirror.
+#[derive(Clone, Copy, Debug)]
+pub struct Mirrored {
+    /// Element.
+    pub element: u32,
+    /// Group of light.
+    pub group: u32,
+    /// What the way leaves of it, and the group's own weight in that direction.
+    pub share: f32,
+    /// See [`Mirrored::share`].
+    pub weight: f32,
+    /// Tint of the way.
+    pub tint: u32,
+    /// Direction in which the ray left the scene; zero where it met an emitter.
+    pub direction: [f32; 3],
 }
 
 /// The rows of all elements.
@@ -108,8 +125,8 @@ struct Sample {
     target: Target,
     share: f32,
     tint: Option<Vec<f32>>,
-    /// Light seen by mirrors: group and weight.
-    emission: Option<(u32, f32)>,
+    /// Light seen by mirrors: group, weight and direction out.
+    emission: Option<(u32, f32, [f32; 3])>,
 }
 
 struct Expanded {
@@ -183,8 +200,8 @@ impl Rows {
             if world.has_specular() {
                 replica.shares.push((s.share, tint));
             }
-            if let Some((group, weight)) = s.emission {
-                replica.mirrored.push((i, group, s.share * weight, tint));
+            if let Some((group, weight, direction)) = s.emission {
+                replica.mirrored.push(Mirrored { element: i, group, share: s.share, weight, tint, direction });
             }
         }
         let (key, surface) = (mesh.list()[i as usize].key, mesh.list()[i as usize].surface);
@@ -327,11 +344,12 @@ impl<'a> Worker<'a> {
                 let uv = self.world.surfaces.list[surface as usize].uv(point);
                 sample.key = Some(mesh.key_at(surface as usize, front, uv));
                 if mirrored && !self.world.glowing() {
-                    sample.emission = self.world.group(surface, front).map(|g| (g as u32, 1.0));
+                    sample.emission = self.world.group(surface, front).map(|g| (g as u32, 1.0, [0.0; 3]));
                 }
             }
             Landing::Escaped { direction, mirrored } if mirrored => {
-                sample.emission = self.world.background(direction).map(|(g, weight)| (g as u32, weight as f32));
+                let light = self.world.background(direction);
+                sample.emission = light.map(|(g, weight)| (g as u32, weight as f32, direction.as_vec3().to_array()));
             }
             Landing::Escaped { .. } => {}
             Landing::Covered => sample.target = Target::Covered,

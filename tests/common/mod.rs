@@ -80,6 +80,8 @@ impl Build {
             grids: Vec::new(),
             views: Vec::new(),
             daytime: None,
+            occupancy: Default::default(),
+            blinds: Vec::new(),
             axes: Axes::ZUp,
             inputs: Vec::new(),
             warnings: Vec::new(),

@@ -4,13 +4,25 @@
 //! smooth function of the radius, and Gauss's rule converges to rounding.
 
 use std::f64::consts::{FRAC_PI_2, PI};
+use std::sync::LazyLock;
 
 /// Points of a panel. Doubling them moves no CIE sky by more than 1e-9.
 const POINTS: usize = 64;
+/// The same where thousands of skies are wanted.
+const FEW_POINTS: usize = 20;
+
+/// How finely a sky is integrated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Rule {
+    Fine,
+    Quick,
+}
 
 /// `∫ L(cos Z, cos χ) cos Z dω` over the upper hemisphere, `cos Zs` being the sun's height `sun_z`.
-pub(super) fn horizontal(luminance: impl Fn(f64, f64) -> f64, sun_z: f64) -> f64 {
-    let rule = gauss_legendre(POINTS);
+pub(super) fn horizontal(luminance: impl Fn(f64, f64) -> f64, sun_z: f64, rule: Rule) -> f64 {
+    static FINE: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| gauss_legendre(POINTS));
+    static QUICK: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| gauss_legendre(FEW_POINTS));
+    let rule: &[(f64, f64)] = if rule == Rule::Fine { &FINE } else { &QUICK };
     let sun_z = sun_z.clamp(0.0, 1.0);
     let (sun_r, altitude) = ((1.0 - sun_z * sun_z).sqrt(), sun_z.asin());
     // Circles about the sun lie whole above the horizon up to its altitude, and in part up to the far horizon.
@@ -18,12 +30,12 @@ pub(super) fn horizontal(luminance: impl Fn(f64, f64) -> f64, sun_z: f64) -> f64
     panels
         .into_iter()
         .map(|panel| {
-            integrate(&rule, panel, |chi| {
+            integrate(rule, panel, |chi| {
                 let (sine, cosine) = chi.sin_cos();
                 let along = cosine * sun_z;
                 let across = sine * sun_r;
                 let reach = if along >= across { PI } else { (-along / across).clamp(-1.0, 1.0).acos() };
-                let ring = integrate(&rule, (0.0, reach), |psi| {
+                let ring = integrate(rule, (0.0, reach), |psi| {
                     let height = (along + across * psi.cos()).max(0.0);
                     height * luminance(height, cosine)
                 });
@@ -86,11 +98,11 @@ mod tests {
         // With the sun at the zenith χ = Z: 2π ∫ exp(−d χ) sin χ cos χ dχ = 2π (1 + exp(−d π/2)) / (4 + d²).
         let d = 3.0f64;
         let exact = 2.0 * PI * (1.0 + (-d * FRAC_PI_2).exp()) / (4.0 + d * d);
-        let found = horizontal(|_, toward| (-d * toward.clamp(-1.0, 1.0).acos()).exp(), 1.0);
+        let found = horizontal(|_, toward| (-d * toward.clamp(-1.0, 1.0).acos()).exp(), 1.0, Rule::Fine);
         assert!((found / exact - 1.0).abs() < 1e-12, "{found} {exact}");
         // cos² about an axis at altitude h: π/4 (1 + sin² h), from the closed form of the second moment.
         for h in [0.0f64, 0.2, 0.8, 1.5] {
-            let found = horizontal(|_, toward| toward * toward, h.sin());
+            let found = horizontal(|_, toward| toward * toward, h.sin(), Rule::Fine);
             let exact = PI / 4.0 * (1.0 + h.sin().powi(2));
             assert!((found / exact - 1.0).abs() < 1e-10, "{h}: {found} {exact}");
         }

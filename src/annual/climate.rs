@@ -1,0 +1,146 @@
+//! The light of every hour: where the sun stands, how bright it is, what the sky looks like.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::light::sky::{PerezInput, Sky, SkyModel, USUAL_WATER_CM};
+use crate::light::sun::{Air, Moment, Place, SunPosition, days_in_month};
+use crate::light::weather::{Record, Weather};
+use crate::{Error, Result};
+
+/// The calendar for the sun's place: a weather file is put together from many years, and this one lies in the middle of
+/// the four years of a leap cycle.
+pub const CALENDAR_YEAR: i32 = 2026;
+/// Parts of an hour in which the sun is looked for near the horizon.
+const PARTS: usize = 4;
+/// Sunlight shorter than this is none, hours.
+const SHORTEST_H: f64 = 1e-3;
+/// Altitude at the middle of an hour from which it is up all hour: it moves by 7.5 degrees in half an hour.
+const ALL_HOUR_DEG: f64 = 7.6;
+
+/// One hour with the sun above the horizon.
+#[derive(Clone, Copy, Debug)]
+pub struct Hour {
+    /// Number of the hour in the weather file, from 0.
+    pub index: usize,
+    /// Month, 1 to 12.
+    pub month: u32,
+    /// Day of the month.
+    pub day: u32,
+    /// Hours from midnight, standard time of the file: the middle of the hour.
+    pub middle_h: f64,
+    /// The moment for which the sun's place is taken, likewise: the middle of the sunlit part of the hour.
+    pub sun_h: f64,
+    /// Unit vector to the sun, z up.
+    pub sun: DVec3,
+    /// Illuminance face on to the sun, lx.
+    pub direct_lx: f64,
+    /// Diffuse horizontal illuminance, lx.
+    pub diffuse_lx: f64,
+    /// How the sky's luminance is spread; `None` where it sends nothing.
+    pub sky: Option<Sky>,
+}
+
+/// The sunlit hours of a weather file.
+#[derive(Clone, Debug)]
+pub struct Climate {
+    /// The hours.
+    pub hours: Vec<Hour>,
+    /// Number of all hours of the file.
+    pub total: usize,
+    /// Light that the file gives to hours without sun, against all of it: it is left out.
+    pub dark_share: f64,
+}
+
+impl Climate {
+    /// Works out every hour. `place` is that of the building, `north_deg` true north clockwise from +y.
+    ///
+    /// # Errors
+    /// Hours without irradiance, with their line; a place or time that cannot be.
+    pub fn new(weather: &Weather, place: Place, north_deg: f64) -> Result<Self> {
+        if let Some(gap) = weather.records.iter().find(|r| lacks(r)) {
+            return Err(Error::malformed(format!(
+                "{} of {} hours have no direct or no diffuse irradiance, this one first",
+                weather.missing(),
+                weather.records.len()
+            ))
+            .mend("take another file, or fill the gaps")
+            .at_line(gap.line));
+        }
+        let of = |(index, record): (usize, &Record)| {
+            let hour = hour(index, record, weather.utc_offset_h, place, north_deg);
+            hour.map_err(|e| e.at_line(record.line))
+        };
+        let found: Vec<Option<Hour>> =
+            weather.records.par_iter().enumerate().with_min_len(64).map(of).collect::<Result<_>>()?;
+        let light = |r: &Record| r.direct_normal_w_m2.unwrap_or(0.0) + r.diffuse_horizontal_w_m2.unwrap_or(0.0);
+        let all: f64 = weather.records.iter().map(light).sum();
+        let dark: f64 = weather.records.iter().zip(&found).filter(|(_, h)| h.is_none()).map(|(r, _)| light(r)).sum();
+        let hours: Vec<Hour> = found.into_iter().flatten().collect();
+        if hours.is_empty() {
+            return Err(Error::impossible("the sun never rises in this file").mend("take a file of a whole year"));
+        }
+        Ok(Self { hours, total: weather.records.len(), dark_share: if all > 0.0 { dark / all } else { 0.0 } })
+    }
+}
+
+fn lacks(record: &Record) -> bool {
+    record.direct_normal_w_m2.is_none() || record.diffuse_horizontal_w_m2.is_none()
+}
+
+fn hour(index: usize, record: &Record, utc_offset_h: f64, place: Place, north_deg: f64) -> Result<Option<Hour>> {
+    // 29 February is a day of files that follow one year; the sun of 28 February serves it.
+    let day = record.day.min(days_in_month(CALENDAR_YEAR, record.month));
+    let moment = |hours| Moment { year: CALENDAR_YEAR, month: record.month, day, hours: hours - utc_offset_h };
+    let position = |hours| SunPosition::at(&moment(hours), place, Air::default());
+    let Some(sun_h) = sunlit(record.middle_h, &position)? else { return Ok(None) };
+    let position = position(sun_h)?;
+    let sun = position.direction(north_deg);
+    let input = PerezInput {
+        direct_normal_w_m2: record.direct_normal_w_m2.unwrap_or(0.0),
+        diffuse_horizontal_w_m2: record.diffuse_horizontal_w_m2.unwrap_or(0.0),
+        sun_zenith_deg: 90.0 - position.altitude_deg,
+        day_of_year: moment(sun_h).day_of_year(),
+        precipitable_water_cm: record.precipitable_water_cm().unwrap_or(USUAL_WATER_CM),
+    };
+    let (mut sky, mut diffuse_lx, mut direct_lx) = (None, 0.0, 0.0);
+    if input.diffuse_horizontal_w_m2 > 0.0 {
+        let perez = input.sky();
+        sky = Some(Sky::quick(SkyModel::Perez(perez.coefficients), sun)).filter(|s| s.luminance(DVec3::Z).is_finite());
+        diffuse_lx = if sky.is_some() { input.diffuse_horizontal_w_m2 * perez.diffuse_lm_w } else { 0.0 };
+        direct_lx = input.direct_normal_w_m2 * perez.direct_lm_w;
+    }
+    let (month, day, middle_h) = (record.month, record.day, record.middle_h);
+    Ok(Some(Hour { index, month, day, middle_h, sun_h, sun, direct_lx, diffuse_lx, sky }))
+}
+
+/// Middle of the part of an hour in which the sun is above the horizon.
+fn sunlit(middle_h: f64, position: &impl Fn(f64) -> Result<SunPosition>) -> Result<Option<f64>> {
+    let altitude = position(middle_h)?.altitude_deg;
+    if altitude >= ALL_HOUR_DEG {
+        return Ok(Some(middle_h));
+    }
+    if altitude <= -ALL_HOUR_DEG - 1.0 {
+        return Ok(None);
+    }
+    // Between these times the sun's altitude is as good as straight.
+    let times: [f64; PARTS + 1] = std::array::from_fn(|k| middle_h - 0.5 + k as f64 / PARTS as f64);
+    let mut altitudes = [0.0; PARTS + 1];
+    for (a, t) in altitudes.iter_mut().zip(&times) {
+        *a = position(*t)?.altitude_deg;
+    }
+    let (mut moment, mut length) = (0.0, 0.0);
+    for k in 0..PARTS {
+        let ((a, b), (from, to)) = ((altitudes[k], altitudes[k + 1]), (times[k], times[k + 1]));
+        let rise = from + (to - from) * (a / (a - b)).clamp(0.0, 1.0);
+        let (from, to) = match (a > 0.0, b > 0.0) {
+            (true, true) => (from, to),
+            (false, true) => (rise, to),
+            (true, false) => (from, rise),
+            (false, false) => continue,
+        };
+        moment += 0.5 * (to + from) * (to - from);
+        length += to - from;
+    }
+    Ok((length > SHORTEST_H).then(|| moment / length))
+}
