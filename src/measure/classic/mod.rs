@@ -49,7 +49,7 @@ pub(super) fn run(task: &Task<'_>, mut record: Record) -> Result<Measurement> {
     }
     if task.world.has_specular() || task.world.has_translucent() {
         return Err(Error::unsupported(format!(
-            "method {} works with opaque diffuse surfaces alone; the scene has mirrors, glass or translucent surfaces",
+            "method {} works with opaque diffuse surfaces alone; the scene has mirrors or glass, or translucent surfaces",
             record.method
         ))
         .mend("use the default method or path-tracing"));
