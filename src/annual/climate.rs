@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::light::sky::{PerezInput, Sky, SkyModel, USUAL_WATER_CM};
 use crate::light::sun::{Air, Moment, Place, SunPosition, days_in_month};
-use crate::light::weather::{Record, Weather};
+use crate::light::weather::{Record, Weather, hour_of_year};
 use crate::{Error, Result};
 
 /// The calendar for the sun's place: a weather file is put together from many years, and this one lies in the middle of
@@ -18,10 +18,13 @@ const SHORTEST_H: f64 = 1e-3;
 /// Altitude at the middle of an hour from which it is up all hour: it moves by 7.5 degrees in half an hour.
 const ALL_HOUR_DEG: f64 = 7.6;
 
+/// Hours of a year, and of a leap year.
+const HOURS: [usize; 2] = [8760, 8784];
+
 /// One hour with the sun above the horizon.
 #[derive(Clone, Copy, Debug)]
 pub struct Hour {
-    /// Number of the hour in the weather file, from 0.
+    /// Number of the hour in the year, from 0.
     pub index: usize,
     /// Month, 1 to 12.
     pub month: u32,
@@ -46,8 +49,10 @@ pub struct Hour {
 pub struct Climate {
     /// The hours.
     pub hours: Vec<Hour>,
-    /// Number of all hours of the file.
+    /// Number of all hours of the year.
     pub total: usize,
+    /// Hours that the file leaves out.
+    pub left_out: usize,
     /// Light that the file gives to hours without sun, against all of it: it is left out.
     pub dark_share: f64,
 }
@@ -67,12 +72,18 @@ impl Climate {
             .mend("take another file, or fill the gaps")
             .at_line(gap.line));
         }
-        let of = |(index, record): (usize, &Record)| {
-            let hour = hour(index, record, weather.utc_offset_h, place, north_deg);
+        let is_leap = weather.is_leap();
+        let number = |record: &Record| hour_of_year(record, is_leap) as usize;
+        if let Some(pair) = weather.records.windows(2).find(|p| number(&p[0]) == number(&p[1])) {
+            return Err(Error::unsupported("two records in one hour")
+                .mend("give an hourly file")
+                .at_line(pair[1].line));
+        }
+        let of = |record: &Record| {
+            let hour = hour(number(record), record, weather.utc_offset_h, place, north_deg);
             hour.map_err(|e| e.at_line(record.line))
         };
-        let found: Vec<Option<Hour>> =
-            weather.records.par_iter().enumerate().with_min_len(64).map(of).collect::<Result<_>>()?;
+        let found: Vec<Option<Hour>> = weather.records.par_iter().with_min_len(64).map(of).collect::<Result<_>>()?;
         let light = |r: &Record| r.direct_normal_w_m2.unwrap_or(0.0) + r.diffuse_horizontal_w_m2.unwrap_or(0.0);
         let all: f64 = weather.records.iter().map(light).sum();
         let dark: f64 = weather.records.iter().zip(&found).filter(|(_, h)| h.is_none()).map(|(r, _)| light(r)).sum();
@@ -80,7 +91,9 @@ impl Climate {
         if hours.is_empty() {
             return Err(Error::impossible("the sun never rises in this file").mend("take a file of a whole year"));
         }
-        Ok(Self { hours, total: weather.records.len(), dark_share: if all > 0.0 { dark / all } else { 0.0 } })
+        let total = HOURS[usize::from(is_leap)];
+        let dark_share = if all > 0.0 { dark / all } else { 0.0 };
+        Ok(Self { hours, total, left_out: total.saturating_sub(weather.records.len()), dark_share })
     }
 }
 

@@ -347,7 +347,7 @@ mod tests {
         let values: Vec<f32> = hours.iter().map(|h| lux(h.index % 24)).collect();
         let n = hours.len();
         let series = Series { error: vec![error; n], sun: values.clone(), lux: values, hours: n };
-        (Climate { hours, total: 8760, dark_share: 0.0 }, series)
+        (Climate { hours, total: 8760, left_out: 0, dark_share: 0.0 }, series)
     }
 
     fn metrics(lux: impl Fn(usize) -> f32, error: f32) -> Metrics {

@@ -86,6 +86,12 @@ pub fn annual(scene: &Scene, options: &AnnualOptions, progress: &dyn Progress) -
     let mut warnings = Vec::new();
     let place = place(day, &weather, &mut warnings)?;
     let climate = Climate::new(&weather, place, day.north_deg).map_err(|e| e.in_file(&path))?;
+    if climate.left_out > 0 {
+        warnings.push(format!(
+            "the weather leaves out {} of {} hours of the year: they count as dark",
+            climate.left_out, climate.total
+        ));
+    }
     let weather_s = start.elapsed().as_secs_f64();
     let parts = options.parts.unwrap_or_else(|| parts_for(options.solve.tolerance));
     let (coefficients, mut record) = measure::coefficients(scene, &options.solve, parts, progress)?;
@@ -166,7 +172,7 @@ fn wanted(coefficients: &Coefficients) -> Vec<bool> {
     }
     let mut wanted: Vec<bool> = (0..fine.sky()).map(|p| reflected[coarse.of(fine.middle(p))]).chain([true]).collect();
     for (p, _) in coefficients.grids.iter().flat_map(|g| g.seen.iter().flatten()) {
-        wanted[*p as usize] = true;
+        wanted[*p as usize % fine.all()] = true;
     }
     wanted
 }

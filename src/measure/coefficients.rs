@@ -20,7 +20,7 @@ use crate::mesh::Elements;
 use crate::solve::{Columns, LANES, Lanes};
 use crate::transport::points::{Points, seed};
 use crate::transport::{
-    DAYLIGHT_GROUPS, DirectScratch, Optics, Rows, SUN, Seen, Tint, World, panes_towards, sun_factor, visible_directions,
+    DAYLIGHT_GROUPS, DirectScratch, Optics, Rows, SUN, Seen, Tint, World, sun_factor, visible_directions,
 };
 
 /// Parts of a side of Tregenza's patches into which the sky itself is divided.
@@ -91,11 +91,7 @@ impl Coefficients {
         let tinted = factors.get(DAYLIGHT_GROUPS + SUN * self.optics.pad..).unwrap_or_default();
         let tinted: f64 = tinted.iter().zip(&self.sun_weights).map(|(f, w)| f * w).sum();
         let factor = factors[SUN] + tinted;
-        if self.openings == 1 || factor == 0.0 {
-            return (factor, 0);
-        }
-        let panes = panes_towards(&self.world, &self.optics, p.position, direction).unwrap_or_default();
-        (factor, opening(&self.blinds, &panes))
+        (factor, if factor > 0.0 { opening(&self.blinds, direct.panes()) } else { 0 })
     }
 
     /// Buffers for [`Coefficients::sun`].

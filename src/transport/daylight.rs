@@ -57,7 +57,8 @@ pub(super) struct SkyScratch {
     /// Mirrors and panes in the bands of the run, where any is coloured.
     coloured: Option<Speculars>,
     tint: Tint,
-    through: Vec<u32>,
+    /// Panes on the way to what was looked at last.
+    pub(super) through: Vec<u32>,
 }
 
 impl SkyScratch {
@@ -211,7 +212,7 @@ pub fn visible_directions(
 }
 
 /// Adds the factors of the sun's disc about `direction`, wherever the sun of the world stands, to those of daylight: see
-/// [`deposit`]. Returns rays that chance chose.
+/// [`deposit`]. [`super::DirectScratch::panes`] then tells the panes that it comes through. Returns rays that chance chose.
 pub fn sun_factor(
     world: &World,
     (x, normal): (DVec3, DVec3),
@@ -447,6 +448,7 @@ impl Eye<'_> {
     }
 
     fn sun_at(&self, direction: DVec3, s: &mut SkyScratch, out: &mut [f64]) -> u64 {
+        s.through.clear();
         let disc = sun::disc(direction);
         let face_on = configuration_factor(&disc, direction);
         let mut above = Vec::with_capacity(16);
@@ -463,6 +465,7 @@ impl Eye<'_> {
             for piece in s.visible.pieces.iter().filter(|p| !self.is_shut(p)) {
                 let factor = configuration_factor(&piece.polygon, self.normal) / face_on;
                 self.enter(piece.panes(), direction, (SUN, factor), &mut s.tint, out);
+                s.through.extend_from_slice(piece.panes());
             }
             return 0;
         }
@@ -473,7 +476,8 @@ impl Eye<'_> {
             let (a, b) = points.pair(k, 0);
             s.tint.reset();
             let towards = sun_direction(&disc, a, b);
-            if pass_out(self.world, self.speculars, self.x, towards, &mut s.tint, &mut rays) {
+            let each = |pane| s.through.push(pane);
+            if pass(self.world, self.speculars, (self.x, towards), &mut s.tint, &mut rays, each) {
                 deposit(out, SUN, whole / f64::from(SUN_RAYS), &s.tint);
             }
         }
@@ -541,14 +545,6 @@ fn pass(
         start = ray.at(hit.t) + direction * world.skin();
     }
     false
-}
-
-/// The panes through which light comes from outside to `x` along `−direction`; nothing where all else blocks it.
-#[must_use]
-pub fn panes_towards(world: &World, optics: &Optics, x: DVec3, direction: DVec3) -> Option<Vec<u32>> {
-    let mut panes = Vec::new();
-    let mut tint = Tint::new(optics.pad);
-    pass(world, &optics.speculars, (x, direction), &mut tint, &mut 0, |pane| panes.push(pane)).then_some(panes)
 }
 
 /// Smaller cones that make up one: triangles of a polygon, quarters of a triangle.

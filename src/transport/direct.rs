@@ -67,6 +67,12 @@ impl DirectScratch {
         self
     }
 
+    /// Panes on the way of the sun that was looked at last.
+    #[must_use]
+    pub fn panes(&self) -> &[u32] {
+        &self.sky.through
+    }
+
     /// Prepares for [`direct_at_place`] at places of a convex polygon: how often each emitter is worth a look there.
     ///
     /// An emitter that could give no more than a small share of the light is looked at from fewer of the `places` of a set

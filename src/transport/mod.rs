@@ -23,8 +23,7 @@ mod world;
 
 pub use chain::{Fork, Landing, Tint, follow};
 pub use daylight::{
-    DAYLIGHT_GROUPS, GROUND, SKY, SUN, Seen, deposit, panes_towards, pass_out, sun_direction, sun_factor,
-    visible_directions,
+    DAYLIGHT_GROUPS, GROUND, SKY, SUN, Seen, deposit, pass_out, sun_direction, sun_factor, visible_directions,
 };
 pub use direct::{DirectScratch, direct, direct_at_place, direct_parts, transmittance_to, visible_factor};
 pub use glass::{Glazing, GlazingUnit, Pane, Shares};

@@ -108,6 +108,12 @@ impl Weather {
         })
     }
 
+    /// Does it hold a 29 February?
+    #[must_use]
+    pub fn is_leap(&self) -> bool {
+        self.records.iter().any(|r| (r.month, r.day) == (2, 29))
+    }
+
     /// Number of hours without direct or diffuse irradiance.
     #[must_use]
     pub fn missing(&self) -> usize {
@@ -199,7 +205,7 @@ fn check_day(month: f64, day: f64) -> Result<(u32, u32)> {
 }
 
 /// Hours since the year began, by a calendar with 29 February if `leap`.
-fn hour_of_year(record: &Record, leap: bool) -> f64 {
+pub(crate) fn hour_of_year(record: &Record, leap: bool) -> f64 {
     let year = if leap { 2000 } else { 2001 };
     let days: u32 = (1..record.month).map(|m| days_in_month(year, m)).sum::<u32>() + record.day - 1;
     f64::from(days) * 24.0 + record.middle_h
