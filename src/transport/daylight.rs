@@ -149,7 +149,7 @@ impl Receiver for Directions<'_> {
             let root = u.sqrt();
             let direction = (a * (1.0 - root) + b * (root * (1.0 - v)) + c * (root * v)).normalize();
             tint.reset();
-            eye.at_panes(panes, direction, |pane, cosine| tint.pass(pane, cosine));
+            eye.at_panes(panes, direction, |pane, cosine| tint.pass(pane, cosine, 1.0));
             (self.visit)(Seen { direction, weight, tint, panes });
         });
     }
@@ -325,7 +325,7 @@ impl Eye<'_> {
     /// Light through the panes of a piece.
     fn enter(&self, panes: &[u32], direction: DVec3, (group, value): (usize, f64), tint: &mut Tint, out: &mut [f64]) {
         tint.reset();
-        self.at_panes(panes, direction, |pane, cosine| tint.pass(pane, cosine));
+        self.at_panes(panes, direction, |pane, cosine| tint.pass(pane, cosine, 1.0));
         deposit(out, group, value, tint);
     }
 
@@ -540,7 +540,8 @@ fn pass(
             return true;
         }
         let Some(pane) = speculars.pane(world, hit.surface) else { return false };
-        tint.pass(pane, world.surfaces.list[hit.surface as usize].normal.dot(direction).abs());
+        let cosine = world.surfaces.list[hit.surface as usize].normal.dot(direction).abs();
+        tint.pass(pane, cosine, 1.0);
         each(hit.surface);
         start = ray.at(hit.t) + direction * world.skin();
     }

@@ -154,12 +154,12 @@ impl SunImages {
                 if (incidence < 0.0) != front {
                     return None;
                 }
-                tint.reflect(speculars.of(world, surface), incidence.abs(), front);
+                tint.reflect(speculars.of(world, surface), (incidence.abs(), front), 1.0);
                 let point = world.lift(ray.at(hit.t), mirror.side_normal(front));
                 let is_lit = tint.scale > 0.0 && pass_out(world, speculars, point, sun, tint, rays);
                 return is_lit.then_some(cosine);
             }
-            tint.pass(speculars.pane(world, hit.surface)?, incidence.abs());
+            tint.pass(speculars.pane(world, hit.surface)?, incidence.abs(), 1.0);
             start = ray.at(hit.t) + direction * world.skin();
         }
         None
