@@ -13,6 +13,7 @@
 //! | [`transport`] | scene, elements | who sees whom: rays, rows |
 //! | [`solve`] | rows, reflectances, direct light | radiosity of every element in every band |
 //! | [`measure`] | everything above, a tolerance | sensors and pixels, each with its error |
+//! | [`annual`] | a scene, weather | every hour of the year with its error, climate-based metrics |
 //! | [`chart`] | a scene | speed against accuracy of every method on it |
 //! | [`report`] | a [`measure::Measurement`] | CSV, maps, EXR, HDR, PNG, `run.json` |
 //!

@@ -258,3 +258,83 @@ fn an_interrupted_run_leaves_whole_files_or_none() {
         let _ = (whole("illuminance.csv"), whole("run.json"));
     }
 }
+
+/// A room with a window, and the synthetic weather.
+fn office_year(folder: &Path, replace: (&str, &str)) -> String {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("experiments");
+    for (name, from) in [("office.obj", "office/office.obj"), ("synthetic.wea", "weather/synthetic.wea")] {
+        std::fs::copy(root.join(from), folder.join(name)).expect("copied");
+    }
+    let text = std::fs::read_to_string(root.join("office/blinds.toml")).expect("it is shipped");
+    let text =
+        text.replace("../weather/", "").replace("nu = 16, nv = 24", "nu = 4, nv = 6").replace(replace.0, replace.1);
+    std::fs::write(folder.join("year.toml"), text).expect("written");
+    folder.join("year.toml").display().to_string()
+}
+
+#[test]
+fn a_year_is_written_as_matrices_tables_and_pictures() {
+    let folder = tempfile::tempdir().expect("made");
+    let scene = office_year(folder.path(), ("", ""));
+    let out = folder.path().join("out");
+    let output =
+        clerestory(&["annual", &scene, "-o", &out.display().to_string(), "--tolerance", "10%", "--json", "-q"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    for name in ["metrics.csv", "grid_metrics.csv", "annual_error.npy", "sun-up-hours.txt", "run.json"] {
+        assert!(out.join(name).is_file(), "{name}");
+    }
+    for ending in ["autonomy", "useful", "sunlight", "year", "months"] {
+        assert!(out.join(format!("workplane_{ending}.png")).is_file(), "{ending}");
+    }
+    let npy = std::fs::read(out.join("annual.npy")).expect("written");
+    let header = 10 + usize::from(u16::from_le_bytes([npy[8], npy[9]]));
+    assert_eq!((&npy[..8], header % 64, npy[header - 1]), (b"\x93NUMPY\x01\x00".as_slice(), 0, b'\n'));
+    assert_eq!(npy.len(), header + 4 * 24 * 8760);
+    // The matrix in text has one line a sensor and one column an hour with sun.
+    let hours = std::fs::read_to_string(out.join("sun-up-hours.txt")).expect("written").lines().count();
+    let ill = std::fs::read_to_string(out.join("annual.ill")).expect("written");
+    assert!(ill.lines().count() == 24 && ill.lines().all(|l| l.split(' ').count() == hours));
+    // The record and the table tell the same.
+    let record: serde_json::Value = serde_json::from_str(&stdout(&output)).expect("JSON");
+    let table = std::fs::read_to_string(out.join("grid_metrics.csv")).expect("written");
+    let mut lines = table.lines().map(|l| l.split(',').collect::<Vec<_>>());
+    let (names, values) = (lines.next().expect("a header"), lines.next().expect("a grid"));
+    let mut compared = 0;
+    for (name, value) in names.iter().zip(values) {
+        if let (Some(told), Ok(value)) = (record["grids"][0][name].as_f64(), value.parse::<f64>()) {
+            assert!((told - value).abs() <= 1e-12 * told.abs(), "{name}: {told} {value}");
+            compared += 1;
+        }
+    }
+    assert!(compared > 25, "{compared}");
+}
+
+#[test]
+fn a_year_refuses_what_it_cannot_use() {
+    let folder = tempfile::tempdir().expect("made");
+    let said = |replace: (&str, &str)| {
+        let scene = office_year(folder.path(), replace);
+        let output = clerestory(&["annual", &scene, "-o", &folder.path().join("out").display().to_string(), "-q"]);
+        assert_eq!(output.status.code(), Some(2), "{replace:?}");
+        stderr(&output)
+    };
+    let no_weather = said(("weather = \"synthetic.wea\"", "latitude_deg = 50\nlongitude_deg = 10"));
+    assert!(no_weather.contains("weather"), "{no_weather}");
+    let no_pane = said(("panes = [\"glazing\"]", "panes = [\"glasing\"]"));
+    assert!(no_pane.contains("year.toml:") && no_pane.contains("glazing"), "{no_pane}");
+    let no_control = said(("control = \"lm-83\"", "control = \"lm83\""));
+    assert!(no_control.contains("year.toml:") && no_control.contains("lm-83"), "{no_control}");
+    let no_day = said(("hours = [8, 18]", "hours = [18, 8]"));
+    assert!(no_day.contains("year.toml:"), "{no_day}");
+    // A value that is missing, in line 7 + 8 of the file.
+    let text = std::fs::read_to_string(folder.path().join("synthetic.wea")).expect("copied");
+    let gap: String = text
+        .lines()
+        .enumerate()
+        .map(|(i, l)| if i == 14 { "1 1 8.500 9999 10\n".into() } else { format!("{l}\n") })
+        .collect();
+    let scene = office_year(folder.path(), ("synthetic.wea", "gap.wea"));
+    std::fs::write(folder.path().join("gap.wea"), gap).expect("written");
+    let output = clerestory(&["annual", &scene, "-o", &folder.path().join("out").display().to_string(), "-q"]);
+    assert!(output.status.code() == Some(2) && stderr(&output).contains("gap.wea:15"), "{}", stderr(&output));
+}

@@ -18,6 +18,8 @@ const SHORTEST_H: f64 = 1e-3;
 /// Altitude at the middle of an hour from which it is up all hour: it moves by 7.5 degrees in half an hour.
 const ALL_HOUR_DEG: f64 = 7.6;
 
+/// Direct irradiance from which the sun shines, W/m² (WMO).
+const SUNNY_W_M2: f64 = 120.0;
 /// Hours of a year, and of a leap year.
 const HOURS: [usize; 2] = [8760, 8784];
 
@@ -36,6 +38,8 @@ pub struct Hour {
     pub sun_h: f64,
     /// Unit vector to the sun, z up.
     pub sun: DVec3,
+    /// Does the sun shine as the weather services count it: 120 W/m² or more face on (WMO)?
+    pub is_sunny: bool,
     /// Illuminance face on to the sun, lx.
     pub direct_lx: f64,
     /// Diffuse horizontal illuminance, lx.
@@ -124,7 +128,8 @@ fn hour(index: usize, record: &Record, utc_offset_h: f64, place: Place, north_de
         direct_lx = input.direct_normal_w_m2 * perez.direct_lm_w;
     }
     let (month, day, middle_h) = (record.month, record.day, record.middle_h);
-    Ok(Some(Hour { index, month, day, middle_h, sun_h, sun, direct_lx, diffuse_lx, sky }))
+    let is_sunny = input.direct_normal_w_m2 >= SUNNY_W_M2;
+    Ok(Some(Hour { index, month, day, middle_h, sun_h, sun, is_sunny, direct_lx, diffuse_lx, sky }))
 }
 
 /// Middle of the part of an hour in which the sun is above the horizon.

@@ -89,8 +89,20 @@ pub struct PointMetrics {
     pub annual_lx_h: Figure,
     /// Illuminance held in half of the daylight hours, lx.
     pub half_of_daylight_lx: Figure,
-    /// Daylight factor under the overcast sky, a share.
+    /// Light of the overcast sky, blinds open.
+    pub overcast: Overcast,
+    /// Hours in which the sun shines on the sensor, as a share of those in which it shines outdoors: of the year, and from
+    /// 21 September to 21 March. Blinds open.
+    pub probable_sunlight: [f64; 2],
+}
+
+/// Shares of the horizontal illuminance outdoors under the traditional overcast sky.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Overcast {
+    /// All light: the daylight factor.
     pub daylight_factor: f64,
+    /// What comes from the sky straight: on a facade the vertical sky component. Nothing behind the no-sky line.
+    pub sky_component: f64,
 }
 
 /// The figures of a grid; shares of its area.
@@ -112,6 +124,8 @@ pub struct GridMetrics {
     pub breeam_hours: [usize; 2],
     /// Both reach 2,000 hours.
     pub breeam: bool,
+    /// Area that sees no sky.
+    pub no_sky: f64,
     /// Hours of presence.
     pub present_hours: usize,
     /// Median diffuse illuminance outdoors over the daylight hours, lx.
@@ -128,13 +142,13 @@ pub struct Metrics {
 }
 
 impl Metrics {
-    /// Works out all figures. `factors` are the daylight factors.
+    /// Works out all figures; `overcast` is the light of the overcast sky, by sensor.
     #[must_use]
     pub fn new(
         sensors: &[Sensor],
         status: &[Status],
         series: &Series,
-        factors: &[f64],
+        overcast: &[Overcast],
         climate: &Climate,
         occupancy: &Occupancy,
     ) -> Self {
@@ -145,7 +159,7 @@ impl Metrics {
         let daylight = daylight_hours(climate);
         let hours = Hours { present: &present, present_hours, daylight: &daylight };
         let points: Vec<Option<PointMetrics>> = (0..sensors.len())
-            .map(|i| (status[i] == Status::Ok).then(|| point(series, i, &hours, factors[i])))
+            .map(|i| (status[i] == Status::Ok).then(|| point(series, i, &hours, climate, overcast[i])))
             .collect();
         let area = |i: usize| sensors[i].area_m2.unwrap_or(1.0);
         let lit: Vec<(usize, PointMetrics, f64)> =
@@ -197,7 +211,7 @@ fn mean_of(series: &Series, i: usize, hours: &Hours<'_>, of: impl Fn(f64) -> f64
     Figure::of(sums.map(|s| s / n))
 }
 
-fn point(series: &Series, i: usize, hours: &Hours<'_>, daylight_factor: f64) -> PointMetrics {
+fn point(series: &Series, i: usize, hours: &Hours<'_>, climate: &Climate, overcast: Overcast) -> PointMetrics {
     let share = |holds: &dyn Fn(f64) -> bool| mean_of(series, i, hours, |e| f64::from(u8::from(holds(e))));
     let [low, middle, high] = USEFUL_LX;
     let sunlit = |t: &&usize| series.sun_of(i)[**t] >= SUNLIT_LX;
@@ -219,8 +233,24 @@ fn point(series: &Series, i: usize, hours: &Hours<'_>, daylight_factor: f64) -> 
         sunlit_hours: hours.present.iter().filter(sunlit).count(),
         annual_lx_h: Figure::of(sums),
         half_of_daylight_lx: Figure::of(half_of_daylight(series, i, hours.daylight)),
-        daylight_factor,
+        overcast,
+        probable_sunlight: probable_sunlight(series, i, climate),
     }
+}
+
+/// Share of the sunny hours in which the sun reaches a sensor: of the year, and from 21 September to 21 March (Littlefair
+/// 2011, BRE 209).
+fn probable_sunlight(series: &Series, i: usize, climate: &Climate) -> [f64; 2] {
+    let is_winter = |t: usize| {
+        let day = (climate.hours[t].month, climate.hours[t].day);
+        day >= (9, 21) || day <= (3, 21)
+    };
+    [false, true].map(|winter_alone| {
+        let counts = |t: &usize| climate.hours[*t].is_sunny && (!winter_alone || is_winter(*t));
+        let sunny: Vec<usize> = (0..series.hours).filter(counts).collect();
+        let reached = sunny.iter().filter(|t| series.sun_of(i)[**t] > 0.0).count();
+        reached as f64 / sunny.len().max(1) as f64
+    })
 }
 
 /// Illuminance that is held in half of the daylight hours of a year.
@@ -242,7 +272,7 @@ fn grid(series: &Series, lit: &[(usize, PointMetrics, f64)], hours: &Hours<'_>, 
     let hourly =
         std::array::from_fn(|end| level(&|lux, least| share(&|p| at(p.half_of_daylight_lx, end) >= lux) >= least));
     let outdoor_median_lx = outdoor_median(climate);
-    let by_factor = |lux: f64, least: f64| share(&|p| p.daylight_factor * outdoor_median_lx >= lux) >= least;
+    let by_factor = |lux: f64, least: f64| share(&|p| p.overcast.daylight_factor * outdoor_median_lx >= lux) >= least;
     let breeam_hours = breeam(series, lit, hours, area);
     GridMetrics {
         spatial_autonomy: Figure::of(spatial),
@@ -253,6 +283,7 @@ fn grid(series: &Series, lit: &[(usize, PointMetrics, f64)], hours: &Hours<'_>, 
         en17037_factor: level(&by_factor),
         breeam_hours,
         breeam: breeam_hours.iter().all(|h| *h >= BREEAM_HOURS),
+        no_sky: share(&|p| p.overcast.sky_component <= 0.0),
         present_hours: hours.present_hours,
         outdoor_median_lx,
     }
@@ -285,7 +316,11 @@ fn mean_point(lit: &[(usize, PointMetrics, f64)], area: f64) -> PointMetrics {
         sunlit_hours: mean(&|p| p.sunlit_hours as f64).round() as usize,
         annual_lx_h: figure(&|p| p.annual_lx_h),
         half_of_daylight_lx: figure(&|p| p.half_of_daylight_lx),
-        daylight_factor: mean(&|p| p.daylight_factor),
+        overcast: Overcast {
+            daylight_factor: mean(&|p| p.overcast.daylight_factor),
+            sky_component: mean(&|p| p.overcast.sky_component),
+        },
+        probable_sunlight: std::array::from_fn(|k| mean(&|p| p.probable_sunlight[k])),
     }
 }
 
@@ -297,8 +332,8 @@ fn outdoor_median(climate: &Climate) -> f64 {
     values[DAYLIGHT_HOURS / 2]
 }
 
-/// Daylight factors of a grid's sensors under the traditional overcast sky, blinds open.
-pub(super) fn daylight_factors(coefficients: &Coefficients, g: usize, ground_reflectance: f64) -> Vec<f64> {
+/// Light of the traditional overcast sky on a grid's sensors, blinds open.
+pub(super) fn overcast(coefficients: &Coefficients, g: usize, ground_reflectance: f64) -> Vec<Overcast> {
     let sky = Sky::new(SkyModel::Overcast, glam::DVec3::Z);
     let grid = &coefficients.grids[g];
     let (fine, coarse) = (&coefficients.seen_patches, &coefficients.patches);
@@ -310,13 +345,19 @@ pub(super) fn daylight_factors(coefficients: &Coefficients, g: usize, ground_ref
     let of_columns: Vec<f64> = (0..width).map(|c| luminance(coarse, c)).collect();
     (0..grid.seen.len())
         .map(|i| {
-            let seen: f64 = grid.seen[i].iter().map(|(c, v)| f64::from(*v) * luminance(fine, *c as usize)).sum();
+            let part = |of_ground: bool| -> f64 {
+                let columns = grid.seen[i].iter().map(|(c, v)| (*c as usize, f64::from(*v)));
+                let wanted = columns.filter(|(c, _)| (c % fine.all() == fine.sky()) == of_ground);
+                wanted.map(|(c, v)| v * luminance(fine, c)).sum()
+            };
+            let sky_component = part(false);
             let estimates = grid.reflected[0][..ESTIMATES / 2].iter();
             let row = |e: &Vec<f32>| -> f64 {
                 let values = &e[i * width..(i + 1) * width];
                 values.iter().zip(&of_columns).map(|(v, l)| f64::from(*v) * l).sum()
             };
-            seen + estimates.map(row).sum::<f64>() / (ESTIMATES / 2) as f64
+            let reflected = estimates.map(row).sum::<f64>() / (ESTIMATES / 2) as f64;
+            Overcast { daylight_factor: sky_component + part(true) + reflected, sky_component }
         })
         .collect()
 }
@@ -339,6 +380,7 @@ mod tests {
                 middle_h: (index % 24) as f64 + 0.5,
                 sun_h: (index % 24) as f64 + 0.5,
                 sun: DVec3::Z,
+                is_sunny: index % 24 < 12,
                 direct_lx: 0.0,
                 diffuse_lx: 10_000.0 + (index % 24) as f64,
                 sky: None,
@@ -353,7 +395,14 @@ mod tests {
     fn metrics(lux: impl Fn(usize) -> f32, error: f32) -> Metrics {
         let (climate, series) = year(lux, error);
         let sensor = Sensor { position: DVec3::ZERO, normal: DVec3::Z, area_m2: Some(1.0) };
-        Metrics::new(&[sensor], &[Status::Ok], &series, &[0.03], &climate, &Occupancy::Daily(8.0, 18.0))
+        Metrics::new(
+            &[sensor],
+            &[Status::Ok],
+            &series,
+            &[Overcast { daylight_factor: 0.03, sky_component: 0.02 }],
+            &climate,
+            &Occupancy::Daily(8.0, 18.0),
+        )
     }
 
     #[test]
@@ -400,5 +449,7 @@ mod tests {
     fn sunlight_counts_from_a_thousand_lux_in_more_than_250_hours() {
         let g = metrics(|h| if h == 9 { 1000.0 } else { 0.0 }, 0.0).grid.unwrap();
         assert_eq!(g.sunlight_exposure, [1.0, 1.0]);
+        // One of the six sunny hours from 6 to 12.
+        assert!(g.mean.probable_sunlight.iter().all(|p| (p - 1.0 / 6.0).abs() < 1e-12));
     }
 }

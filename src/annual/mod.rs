@@ -14,7 +14,7 @@ use std::time::Instant;
 
 use blinds::Blinds;
 pub use climate::{CALENDAR_YEAR, Climate, Hour};
-pub use metrics::{Figure, GridMetrics, Level, Metrics, PointMetrics};
+pub use metrics::{Figure, GridMetrics, Level, Metrics, Overcast, PointMetrics};
 pub use series::Series;
 use series::{Light, Luminances};
 
@@ -140,8 +140,8 @@ fn series_of(
     let grid = |(g, grid): (usize, &crate::scene::Grid)| {
         let series = light.series(g, &suns[g], &blinds);
         let status: Vec<Status> = (0..grid.sensors.len()).map(|i| grids[g].status(i)).collect();
-        let factors = metrics::daylight_factors(coefficients, g, day.ground_reflectance);
-        let metrics = Metrics::new(&grid.sensors, &status, &series, &factors, climate, &scene.occupancy);
+        let overcast = metrics::overcast(coefficients, g, day.ground_reflectance);
+        let metrics = Metrics::new(&grid.sensors, &status, &series, &overcast, climate, &scene.occupancy);
         let (name, layout, sensors) = (grid.name.clone(), grid.layout.clone(), grid.sensors.clone());
         GridYear { name, layout, sensors, status, series, metrics }
     };

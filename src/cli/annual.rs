@@ -93,7 +93,7 @@ fn of_grid(text: &mut String, grid: &GridYear) {
     ] {
         line(text, name, format!("{:.1} % ± {:.1} %", percent(f.value), percent(f.error)));
     }
-    line(text, "mean daylight factor", format!("{:.2} %", percent(mean.daylight_factor)));
+    line(text, "mean daylight factor", format!("{:.2} %", percent(mean.overcast.daylight_factor)));
     let levels = m.en17037_hourly.map(annual::Level::name);
     let certain = if levels[1] == levels[2] { String::new() } else { format!(" ({} to {})", levels[1], levels[2]) };
     line(text, "EN 17037, by hours", format!("{}{certain}", levels[0]));

@@ -28,7 +28,7 @@ const SEEN_PARTS: usize = 4;
 /// Directions across a patch.
 const ACROSS: f64 = 1.0;
 /// Places on an element that look at the sky, in each set.
-const PLACES: u32 = 2;
+const PLACES: u32 = 1;
 /// Independent estimates: as many of the mesh, then as many of its coarse twin.
 pub const ESTIMATES: usize = 2 * REPLICAS;
 

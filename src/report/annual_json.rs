@@ -3,7 +3,7 @@
 use serde_json::{Map, Value, json};
 
 use super::Provenance;
-use super::annual_tables::FIGURES;
+use super::annual_tables::{FIGURES, OTHERS};
 use crate::annual::{GridYear, PointMetrics, Year};
 use crate::scene::Scene;
 
@@ -64,6 +64,7 @@ fn grid(grid: &GridYear) -> Value {
         ("breeam_worst_90_hours", json!(m.breeam_hours[1])),
         ("breeam_hea01", json!(m.breeam)),
         ("present_hours", json!(m.present_hours)),
+        ("no_sky_percent", percent(m.no_sky)),
     ];
     object.extend(own.map(|(k, v)| (k.to_owned(), v)));
     object.extend(figures(&m.mean));
@@ -75,8 +76,5 @@ fn figures(m: &PointMetrics) -> impl Iterator<Item = (String, Value)> + '_ {
         let figure = of(m);
         [((*name).to_owned(), json!(factor * figure.value)), (format!("{name}_error"), json!(factor * figure.error))]
     });
-    of.chain([
-        ("sunlit_hours".to_owned(), json!(m.sunlit_hours)),
-        ("daylight_factor_percent".to_owned(), json!(100.0 * m.daylight_factor)),
-    ])
+    of.chain(OTHERS.iter().map(|(name, of)| ((*name).to_owned(), json!(of(m)))))
 }

@@ -21,7 +21,14 @@ pub(super) const FIGURES: [Column; 8] = [
 ];
 
 const PLACE: [&str; 10] = ["grid", "point", "x_m", "y_m", "z_m", "nx", "ny", "nz", "area_m2", "status"];
-const OTHERS: [&str; 2] = ["sunlit_hours", "daylight_factor_percent"];
+/// Figures without an error of their own: name, and how to get them.
+pub(super) const OTHERS: [(&str, fn(&PointMetrics) -> f64); 5] = [
+    ("sunlit_hours", |p| p.sunlit_hours as f64),
+    ("daylight_factor_percent", |p| 100.0 * p.overcast.daylight_factor),
+    ("sky_component_percent", |p| 100.0 * p.overcast.sky_component),
+    ("probable_sunlight_percent", |p| 100.0 * p.probable_sunlight[0]),
+    ("probable_sunlight_winter_percent", |p| 100.0 * p.probable_sunlight[1]),
+];
 
 /// Name of a figure's error.
 fn error_name(name: &str) -> String {
@@ -35,7 +42,7 @@ fn with_errors() -> impl Iterator<Item = String> {
 /// One line a point.
 pub(super) fn points(axes: Axes, year: &Year) -> Result<Vec<u8>> {
     let names: Vec<String> =
-        PLACE.map(String::from).into_iter().chain(with_errors()).chain(OTHERS.map(String::from)).collect();
+        PLACE.map(String::from).into_iter().chain(with_errors()).chain(OTHERS.map(|o| o.0.to_owned())).collect();
     let header: Vec<&str> = names.iter().map(String::as_str).collect();
     let mut table = Table::new(&header)?;
     for grid in &year.grids {
@@ -58,8 +65,6 @@ fn point(axes: Axes, grid: &GridYear, i: usize, columns: usize) -> Checked<Vec<S
     line.push(status(grid.status[i]).into());
     if let Some(m) = &grid.metrics.points[i] {
         figures(m, &mut line)?;
-        line.push(m.sunlit_hours.to_string());
-        line.push(number(100.0 * m.daylight_factor)?);
     }
     line.resize(columns, String::new());
     Ok(line)
@@ -71,10 +76,13 @@ fn figures(m: &PointMetrics, line: &mut Vec<String>) -> Checked<()> {
         line.push(number(factor * figure.value)?);
         line.push(number(factor * figure.error)?);
     }
+    for (_, of) in OTHERS {
+        line.push(number(of(m))?);
+    }
     Ok(())
 }
 
-const OF_GRID: [&str; 12] = [
+const OF_GRID: [&str; 13] = [
     "sda300_50_percent",
     "sda300_50_percent_error",
     "ase1000_250_percent",
@@ -87,6 +95,7 @@ const OF_GRID: [&str; 12] = [
     "breeam_worst_90_hours",
     "breeam_hea01",
     "present_hours",
+    "no_sky_percent",
 ];
 
 /// One line a grid: its own figures, then the means of its points.
@@ -96,7 +105,7 @@ pub(super) fn grids(year: &Year) -> Result<Vec<u8>> {
         .chain(OF_GRID)
         .map(String::from)
         .chain(with_errors())
-        .chain(OTHERS.map(String::from))
+        .chain(OTHERS.map(|o| o.0.to_owned()))
         .collect();
     let header: Vec<&str> = names.iter().map(String::as_str).collect();
     let mut table = Table::new(&header)?;
@@ -126,10 +135,8 @@ fn of_grid(m: &GridMetrics, line: &mut Vec<String>) -> Checked<()> {
     line.push(m.breeam_hours[1].to_string());
     line.push(if m.breeam { "met" } else { "not met" }.into());
     line.push(m.present_hours.to_string());
-    figures(&m.mean, line)?;
-    line.push(m.mean.sunlit_hours.to_string());
-    line.push(percent(m.mean.daylight_factor)?);
-    Ok(())
+    line.push(percent(m.no_sky)?);
+    figures(&m.mean, line)
 }
 
 fn broken(grid: &GridYear, e: &NotFinite) -> Error {
