@@ -5,10 +5,12 @@ mod common;
 use std::f64::consts::PI;
 use std::path::PathBuf;
 
+use clerestory::light::Daylight;
 use clerestory::measure::{Measurement, Method, SensorResult, SolveOptions};
-use clerestory::scene::{Amount, Daytime, Material, Placed, SkyName};
+use clerestory::scene::{Amount, Daytime, Material, MaterialKind, Placed, SkyName};
 use clerestory::spectrum::{BandMode, SpectralValue, Spectrum};
-use common::{Build, Cover, assert_balanced, at, diffuse, glass, glazed, only, rgb, solve, within};
+use clerestory::transport::GlazingUnit;
+use common::{Build, Cover, assert_balanced, at, diffuse, glass, glazed, mirror, only, rgb, solve, within};
 use glam::DVec3;
 
 /// A sky of 10,000 lx over a ground of 0.2, sun 45° high in the south if `direct_lx` is not zero.
@@ -188,6 +190,29 @@ fn five_parts_sum_to_the_whole_and_paths_agree() {
     }
 }
 
+#[test]
+fn a_translucent_roof_light_shines_as_an_emitter_of_what_it_gets() {
+    let sheet = MaterialKind::Translucent {
+        front: SpectralValue::Grey(0.3),
+        back: SpectralValue::Grey(0.3),
+        transmittance: SpectralValue::Grey(0.5),
+    };
+    let sheet = Material { kind: sheet, ..diffuse("sheet", 0.3) };
+    let mut b = roof_light_of(0.0, Some(sheet));
+    b.points("floor", &[(at(2.0, 2.0, 0.0), DVec3::Z)]);
+    b.0.daytime = Some(day(SkyName::Uniform, 2e4));
+    // Sky and sun at 45° upon a flat roof; below, the centre of a unit square at distance 3 (Howell B-4), a = 1/6.
+    let a = (1.0f64 / 6.0) / (1.0 + 1.0 / 36.0f64).sqrt();
+    let exact = 0.5 * (1e4 + 2e4 / 2f64.sqrt()) * 4.0 / PI * a * a.atan();
+    for method in [Method::Auto, Method::PathTracing] {
+        let m = solve(&b.0, &SolveOptions { method, paths: Some(1 << 16), ..within(0.02) });
+        let s = &only(&m)[0];
+        assert!((s.xyz[1] - exact).abs() <= s.error_lx, "{method:?}: {} ± {}, exact {exact}", s.xyz[1], s.error_lx);
+        near(s.xyz[1], exact, 0.05, "also wide errors must not hide a wrong value");
+        assert!(s.sun_lx + s.sky_lx < 1e-9, "it comes by the sheet");
+    }
+}
+
 /// Transmittances of a coloured pane in the three bands.
 const STAINED: [f64; 3] = [0.8, 0.5, 0.1];
 
@@ -234,13 +259,11 @@ fn coloured_panes_let_sun_and_sky_through_as_grey_ones_do_in_each_band() {
     let judge = below(0.5, rgb(STAINED), daytime(), Method::PathTracing);
     cover.enter_pair(&coloured.grids[0], &judge.grids[0], "paths");
     cover.assert();
-    let sum = |m: &Measurement, part: &dyn Fn(&SensorResult) -> f64| only(m).iter().map(part).sum::<f64>();
-    type Part = fn(&SensorResult) -> f64;
-    let parts: [(&str, Part); 2] = [("sun", |s| s.sun_lx), ("sky", |s| s.sky_lx)];
-    for (name, part) in parts {
-        // Nine points of 16,384 paths.
-        near(sum(&judge, &part), sum(&coloured, &part), 0.03, name);
-    }
+    let sums = |m: &Measurement| only(m).iter().fold((0.0, 0.0), |sum, s| (sum.0 + s.sun_lx, sum.1 + s.sky_lx));
+    let ((sun, sky), (judged_sun, judged_sky)) = (sums(&coloured), sums(&judge));
+    // Nine points of 16,384 paths.
+    near(judged_sun, sun, 0.03, "sun");
+    near(judged_sky, sky, 0.03, "sky");
 }
 
 #[test]
@@ -353,4 +376,81 @@ fn a_uniform_sky_gives_a_wall_exactly_half() {
     for s in only(&m) {
         near(s.sky_lx, 5e3, 1e-6, "vertical"); // single precision of the frame
     }
+}
+
+/// An upright mirror or pane that looks south, 0.5 to 1.5 m above the ground, with points before it; the sun is 45° high in
+/// the south.
+fn facade(thing: Material) -> (Build, [f64; 6]) {
+    let mut b = Build::new();
+    let thing = b.material(thing);
+    b.rectangle(at(-3.0, 0.0, 0.5), DVec3::X * 6.0, DVec3::Z, thing);
+    // A ray from y south of the mirror meets it at z = y tan(45° + α) = y (1 + 2α): at y = 0.5 + δ it is on the edge for α = −δ.
+    let south = [1.0, 0.5 + 0.5 * SUN, 0.5, 0.5 - 0.5 * SUN, 0.3, 2.0];
+    let mut points: Vec<(DVec3, DVec3)> = south.iter().map(|y| (at(0.0, -y, 0.0), DVec3::Z)).collect();
+    points.push((at(0.0, -1.0, 0.0), DVec3::Y));
+    b.points("ground", &points);
+    b.0.daytime = Some(sun_at(45.0, 180.0));
+    // Share of the disc that the mirror shows: all, a segment on either side of its lower edge, none.
+    let t: f64 = 0.5;
+    let segment = (t.acos() - t * (1.0 - t * t).sqrt()) / PI;
+    (b, [1.0, 1.0 - segment, 0.5, segment, 0.0, 0.0])
+}
+
+#[test]
+fn a_mirror_throws_the_sun_where_its_image_is_seen() {
+    let pane = GlazingUnit::alike(2, 0.78, 1.52).shares(0.5f64.sqrt()).reflected[1];
+    for (thing, rho) in [(mirror(0.8), 0.8), (glazed(2, SpectralValue::Grey(0.78)), pane)] {
+        let name = thing.name.clone();
+        let (b, shares) = facade(thing);
+        let direct = 1e5 * 0.5f64.sqrt();
+        let m = solve(&b.0, &within(0.01));
+        for (s, share) in only(&m).iter().zip(shares) {
+            // 64 well-spread rays count an edge across the disc to a few in a hundred; eight places tell its cosine.
+            let slack = if share == 0.0 || share == 1.0 { 1e-3 } else { 0.03 };
+            near(s.sun_lx, direct * (1.0 + rho * share), slack, &format!("{name}, {share} of the disc"));
+        }
+        // Eight places of the disc, over which the cosine has a standard deviation of 0.2 %.
+        near(only(&m)[6].sun_lx, direct * rho, 1e-3, "a wall that looks at the mirror sees the image alone");
+        let judge = solve(&b.0, &SolveOptions { method: Method::PathTracing, paths: Some(1 << 14), ..within(0.01) });
+        for (s, share) in only(&judge).iter().zip(shares) {
+            near(s.sun_lx, direct * (1.0 + rho * share), 0.01, "by paths");
+        }
+        assert!(m.record.left_out.iter().all(|l| !l.what.contains("reflections at mirrors")), "one mirror, one image");
+    }
+}
+
+#[test]
+fn a_coloured_mirror_throws_coloured_sun() {
+    let kind = MaterialKind::Mirror { reflectance: rgb(STAINED) };
+    let (mut b, _) = facade(Material { kind, ..mirror(1.0) });
+    b.bands(BandMode::Rgb);
+    let m = solve(&b.0, &SolveOptions { spectral: true, ..within(0.01) });
+    let light = Daylight::new(&b.0).expect("a sun").expect("a sky");
+    let face_on = m.bands.radiance(&light.sun_irradiance);
+    for (band, rho) in STAINED.into_iter().enumerate() {
+        let exact = face_on[band] * 0.5f64.sqrt() * (1.0 + rho);
+        near(only(&m)[0].spectral[band].irradiance, exact, 1e-4, "band by band");
+    }
+}
+
+#[test]
+fn sun_from_a_mirror_on_the_floor_lights_the_room_and_is_accounted_for() {
+    let mut b = roof_light(0.6, Some(0.8));
+    let pool = b.material(mirror(0.9));
+    b.rectangle(at(1.0, 1.6, 0.02), DVec3::X * 2.0, DVec3::Y * 2.4, pool);
+    b.points("ceiling", &[0.3, 0.9, 3.4, 3.8].map(|y| (at(2.0, y, 2.9), DVec3::NEG_Z)));
+    b.0.daytime =
+        Some(Daytime { sun_deg: Some(Placed { value: (75.0, 180.0), line: 1 }), ..day(SkyName::Uniform, 5e4) });
+    let quick = solve(&b.0, &within(0.03));
+    assert_balanced(&quick);
+    let judge = solve(&b.0, &SolveOptions { method: Method::PathTracing, paths: Some(1 << 15), ..within(0.03) });
+    let mut cover = Cover::default();
+    cover.enter_pair(&quick.grids[0], &judge.grids[0], "ceiling");
+    cover.assert();
+    // 75°: the image stands 3 m below; a spot on the ceiling lies 2 · 3/tan 75° = 1.6 m north of the roof light.
+    let spot = &only(&quick)[2];
+    let sun = 5e4 * 75f64.to_radians().sin();
+    assert!(spot.sun_lx > 0.5 * sun && spot.sun_lx < 0.9 * 0.8 * sun, "{}", spot.sun_lx);
+    let told = quick.record.left_out.iter().find(|l| l.what.contains("reflections at mirrors"));
+    assert!(told.is_some_and(|l| l.bound.contains("lx")), "pane and pool see each other");
 }

@@ -328,11 +328,13 @@ impl Task<'_> {
                 let points = Points::new(seed(&[self.options.seed, stream::WALK, walk as u64]));
                 for bounce in 0..MAX_REFLECTIONS {
                     let surface = &self.world.surfaces.list[at.0];
-                    let rho = self.optics.rho(surface.material, at.1).iter().copied().fold(0.0, f32::max);
-                    if points.get(bounce, 4) >= f64::from(rho) {
+                    let mut chance = points.get(bounce, 4);
+                    let scatter = self.optics.scatter(surface.material, at.1, &mut chance);
+                    let most = scatter.shares.iter().copied().fold(0.0, f32::max);
+                    if chance >= f64::from(most / scatter.odds) {
                         break;
                     }
-                    let normal = surface.side_normal(at.1);
+                    let normal = surface.side_normal(at.1 != scatter.passes);
                     let x = self.world.lift(surface.point(at.2), normal);
                     let Some(next) = self.landing(x, normal, &points, bounce) else { break };
                     at = next;

@@ -452,21 +452,22 @@ impl<'a> Gatherer<'a> {
             if glowing {
                 self.add_emission(surface, front, &mut plain);
             }
-            let rho = optics.rho(s.material, front);
+            let mut chance = points.get(k, 4 * bounce + 5);
+            let scatter = optics.scatter(s.material, front, &mut chance);
             let mut strongest = 0.0f32;
-            for (t, r) in self.throughput.iter_mut().zip(rho) {
-                *t *= r;
+            for (t, share) in self.throughput.iter_mut().zip(scatter.shares) {
+                *t *= share / scatter.odds;
                 strongest = if *t > strongest { *t } else { strongest };
             }
             if strongest < ROULETTE {
                 // Same expected value, fewer hopeless paths.
                 let survival = strongest / ROULETTE;
-                if points.get(k, 4 * bounce + 5) >= f64::from(survival) {
+                if chance >= f64::from(survival) {
                     return (End::Dark, plain);
                 }
                 self.throughput.iter_mut().for_each(|t| *t /= survival);
             }
-            let normal = s.side_normal(front);
+            let normal = s.side_normal(front != scatter.passes);
             let x = world.lift(s.point(uv), normal);
             if self.found.is_some() {
                 self.keep(Found::Vertex { position: x, normal });

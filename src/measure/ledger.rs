@@ -162,7 +162,7 @@ fn daylight_entering(world: &World, optics: &Optics, solved: &Solved, rays: u32,
     let Some(light) = world.daylight() else { return entered };
     let points = Points::new(stream);
     let mut tint = Tint::new(optics.pad);
-    let mut shoot = |direction: DVec3, k: u32, group: usize, irradiance: f64, allow_mirrors: bool| {
+    let mut shoot = |direction: DVec3, k: u32, group: usize, irradiance: f64, most_mirrors: u32| {
         let (a, b) = points.pair(k, 2);
         // A cosine-distributed direction lies over a uniform point of the disc.
         let above = cosine_direction(direction, a, b);
@@ -173,7 +173,7 @@ fn daylight_entering(world: &World, optics: &Optics, solved: &Solved, rays: u32,
         let landing = follow(world, optics, ray, hit, Fork::Chance(points.get(k, 5)), &mut tint, &mut 0);
         let Landing::Surface { surface, front, point, .. } = landing else { return };
         let key = solved.mesh.key_at(surface as usize, front, world.surfaces.list[surface as usize].uv(point));
-        if (tint.mirrors > 0 && !allow_mirrors) || solved.mesh.find(key) == NO_ELEMENT {
+        if tint.mirrors > most_mirrors || solved.mesh.find(key) == NO_ELEMENT {
             return;
         }
         let flux = irradiance * PI * RADIUS * RADIUS / f64::from(rays);
@@ -187,15 +187,15 @@ fn daylight_entering(world: &World, optics: &Optics, solved: &Solved, rays: u32,
         let direction = (DVec2::from_angle(TAU * b) * (1.0 - height * height).sqrt()).extend(height);
         if let Some((group, weight)) = world.background(direction) {
             // 4π of directions, each with the radiance weight/π.
-            shoot(direction, k, group, 4.0 * weight, true);
+            shoot(direction, k, group, 4.0 * weight, u32::MAX);
         }
     }
     if let Some(sun) = light.sun {
         let disc = disc(sun);
         for k in 0..rays {
             let (a, b) = points.pair(k, 6);
-            // Mirror images of the sun are left out of the elements' light too.
-            shoot(sun_direction(&disc, a, b), k, optics.lamps + SUN, 1.0, false);
+            // The elements get one reflection of the sun, no more.
+            shoot(sun_direction(&disc, a, b), k, optics.lamps + SUN, 1.0, 1);
         }
     }
     entered

@@ -143,6 +143,13 @@ impl<'a> Tracer<'a> {
         if let Some(cosine) = self.sun((x, normal), points.pair(k, dimension)) {
             self.add(self.optics.lamps + SUN, cosine, is_direct);
         }
+        let (images, scene) = (self.world.sun_images(), (self.world, &self.optics.speculars));
+        let mut tint = std::mem::take(&mut self.tint);
+        let mut cast = 0;
+        images.by_paths(scene, (x, normal), points.pair(k, dimension), &mut tint, &mut cast, |cosine, tint| {
+            self.add_tinted(self.optics.lamps + SUN, cosine, is_direct, tint);
+        });
+        (self.tint, self.cast) = (tint, self.cast + cast);
     }
 
     /// The sun's light by one point of its disc, per unit of its irradiance face on, less what the tint tells.
@@ -186,7 +193,6 @@ impl<'a> Tracer<'a> {
                 return bounce > 0 || !matches!(landing, Landing::Covered);
             };
             let s = &self.world.surfaces.list[surface as usize];
-            let rho = self.optics.rho(s.material, front);
             // Next events do not see what mirrors show: such a landing has no rival.
             let seen = if mirrored {
                 self.world.group(surface, front).map(|group| (group, 1.0))
@@ -197,19 +203,21 @@ impl<'a> Tracer<'a> {
             if let Some((group, weight)) = seen {
                 self.add(group, weight, bounce == 0 && !mirrored);
             }
+            let mut chance = points.get(k, base + 6);
+            let scatter = self.optics.scatter(s.material, front, &mut chance);
             let mut strongest = 0.0f32;
             for band in 0..self.throughput.len() {
-                self.throughput[band] *= rho[band] * self.tint.share(band);
+                self.throughput[band] *= scatter.shares[band] / scatter.odds * self.tint.share(band);
                 strongest = strongest.max(self.throughput[band]);
             }
             if bounce >= ROULETTE_FROM || strongest == 0.0 {
                 let survival = strongest.min(0.95);
-                if points.get(k, base + 6) >= f64::from(survival) {
+                if chance >= f64::from(survival) {
                     return true;
                 }
                 self.throughput.iter_mut().for_each(|t| *t /= survival);
             }
-            normal = s.side_normal(front);
+            normal = s.side_normal(front != scatter.passes);
             x = self.world.lift(s.point(s.uv(point)), normal);
             self.tint.reset();
             if let Some((group, factor)) = self.next_event(x, normal, points, k, base + STRIDE) {
@@ -222,16 +230,22 @@ impl<'a> Tracer<'a> {
 
     /// Adds light of a group that came through the tint: to the direct light of the start, or to the path.
     fn add(&mut self, group: usize, weight: f64, is_direct: bool) {
-        if is_direct && !self.tint.coloured {
-            self.direct[group] += weight * f64::from(self.tint.scale);
+        let tint = std::mem::take(&mut self.tint);
+        self.add_tinted(group, weight, is_direct, &tint);
+        self.tint = tint;
+    }
+
+    fn add_tinted(&mut self, group: usize, weight: f64, is_direct: bool, tint: &Tint) {
+        if is_direct && !tint.coloured {
+            self.direct[group] += weight * f64::from(tint.scale);
             return;
         }
         if is_direct && group >= self.optics.lamps {
             let lamps = self.optics.lamps;
-            return deposit(&mut self.direct[lamps..], group - lamps, weight, &self.tint);
+            return deposit(&mut self.direct[lamps..], group - lamps, weight, tint);
         }
         for band in 0..self.path.len() {
-            let share = self.tint.share(band) * weight as f32;
+            let share = tint.share(band) * weight as f32;
             self.path[band] += self.throughput[band] * share * self.optics.exitance[group][band];
         }
     }

@@ -19,7 +19,7 @@ use crate::scene::{MaterialKind, Scene};
 use crate::spectrum::{Bands, SpectralValue, Spectrum};
 use crate::transport::caster::{MISS, Ray};
 use crate::transport::points::seed;
-use crate::transport::{GlazingUnit, Optics, Pane, World};
+use crate::transport::{GlazingUnit, LightPart, Optics, Pane, SUN, World};
 
 /// Paths from a pixel, at most: a picture has many pixels and the eye averages.
 const PIXEL_PATHS: u64 = 256;
@@ -111,7 +111,12 @@ pub fn coefficients(
     let mut adapted = task.refine()?;
     record.timings_s.append(&mut adapted.timings);
     describe(&task, &adapted, &mut record);
-    record.left_out.extend(omissions(&task));
+    if world.has_specular() {
+        record.left_out.push(LeftOut {
+            what: "sun mirrored by panes and mirrors onto other surfaces".into(),
+            bound: "at most the sun's illuminance times the reflectance at its angle, where its image falls".into(),
+        });
+    }
     let found = task.coefficients(&adapted, parts)?;
     record.timings_s.push(("coefficients".into(), start.elapsed().as_secs_f64()));
     Ok((found, record))
@@ -201,7 +206,8 @@ fn plan_bands(
         area[f.material] += f.area_m2;
     }
     // Daylight comes through the panes; where there are none, all is in the open.
-    let panes = || scene.materials.iter().zip(&area).filter(|(m, _)| matches!(m.kind, MaterialKind::Glass { .. }));
+    let lets_in = |kind: &MaterialKind| matches!(kind, MaterialKind::Glass { .. } | MaterialKind::Translucent { .. });
+    let panes = || scene.materials.iter().zip(&area).filter(|(m, _)| lets_in(&m.kind));
     let glazed_m2: f64 = panes().map(|(_, a)| *a).sum();
     let open_m2 = if glazed_m2 > 0.0 { glazed_m2 } else { area.iter().sum::<f64>() };
     let mut reflectances: Vec<(&SpectralValue, f64)> = Vec::new();
@@ -209,6 +215,9 @@ fn plan_bands(
     for (m, a) in scene.materials.iter().zip(&area).filter(|(_, a)| **a > 0.0) {
         match &m.kind {
             MaterialKind::Diffuse { front, back } => reflectances.extend([(front, *a), (back, *a)]),
+            MaterialKind::Translucent { front, back, transmittance } => {
+                reflectances.extend([front, back, transmittance].map(|v| (v, *a)));
+            }
             MaterialKind::Mirror { reflectance } => reflectances.push((reflectance, *a)),
             MaterialKind::Glass { panes, .. } => reflectances.extend(panes.values().into_iter().map(|v| (v, *a))),
         }
@@ -269,18 +278,24 @@ fn outdoor_lx(world: &World) -> Option<f64> {
 
 /// What daylight and luminaires leave out, told.
 fn omissions(task: &Task<'_>) -> Vec<LeftOut> {
-    let sunny = task.world.daylight().is_some_and(|l| l.sun.is_some());
     let hung = (!task.world.emitters.luminaires.is_empty() && task.world.has_specular()).then(|| LeftOut {
         what: "light of luminaires mirrored by mirrors and panes".into(),
         bound: "not bounded: at most the luminaire's light times the mirror's reflectance, where its image falls"
             .into(),
     });
-    let sun = (sunny && task.world.has_specular()).then(|| LeftOut {
-        what: "sun mirrored by panes and mirrors onto other surfaces".into(),
-        bound: "not bounded: at most the sun's illuminance times the mirror's reflectance, where its image falls"
-            .into(),
-    });
-    sun.into_iter().chain(hung).collect()
+    further_suns(task).into_iter().chain(hung).collect()
+}
+
+/// What the sun gives by more than one reflection at mirrors.
+fn further_suns(task: &Task<'_>) -> Option<LeftOut> {
+    let share = task.world.sun_images().bound(task.world, &task.optics.speculars)?;
+    let mut face_on = vec![0.0; task.optics.columns()];
+    face_on[task.optics.lamps + SUN] = 1.0;
+    let sun_lx = task.optics.lux_of_direct(&face_on, LightPart::Sun);
+    Some(LeftOut {
+        what: "sun by two and more reflections at mirrors and panes".into(),
+        bound: format!("at most {:.3e} lx for each such image of the sun, where it falls", share * sun_lx),
+    })
 }
 
 fn reading(task: &Task<'_>, sensor: &crate::scene::Sensor, s: &SensorState) -> SensorResult {

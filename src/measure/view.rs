@@ -41,6 +41,8 @@ struct Sight {
     front: bool,
     point: DVec3,
     normal: DVec3,
+    /// The far side of a translucent surface, whose light is seen from the near one.
+    through: bool,
     /// By mirror or glass: its tint; plain sights carry none.
     tint: Option<Vec<f32>>,
     /// A luminaire, which is no surface: its group and π times its luminance.
@@ -54,7 +56,7 @@ fn look(world: &World, optics: &Optics, ray: Ray, sights: &mut Vec<Sight>) {
     let direction = DVec3::from_array(ray.direction.map(f64::from));
     if let Some(glow) = world.luminaire_seen(ray.at(0.0), direction, f64::from(hit.t)) {
         let (point, normal) = (direction, direction);
-        sights.push(Sight { surface: MISS, front: true, point, normal, tint: None, glow: Some(glow) });
+        sights.push(Sight { surface: MISS, front: true, point, normal, through: false, tint: None, glow: Some(glow) });
         return;
     }
     let mut tint = Tint::new(optics.pad);
@@ -74,27 +76,31 @@ fn look(world: &World, optics: &Optics, ray: Ray, sights: &mut Vec<Sight>) {
         if let Landing::Escaped { direction, .. } = landing
             && world.daylight().is_some()
         {
-            sights.push(Sight {
-                surface: MISS,
-                front: true,
-                point: direction,
-                normal: direction,
-                tint: own_tint(),
-                glow: None,
-            });
+            let (point, normal) = (direction, direction);
+            let (through, glow) = (false, None);
+            sights.push(Sight { surface: MISS, front: true, point, normal, through, tint: own_tint(), glow });
         }
         if let Landing::Surface { surface, front, point, .. } = landing {
             let s = &world.surfaces.list[surface as usize];
-            let normal = s.side_normal(front);
-            sights.push(Sight {
-                surface,
-                front,
-                point: world.lift(s.point(s.uv(point)), normal),
-                normal,
-                tint: own_tint(),
-                glow: None,
-            });
+            for through in [false, true].into_iter().take(1 + usize::from(world.is_translucent(surface))) {
+                let front = front != through;
+                let normal = s.side_normal(front);
+                let point = world.lift(s.point(s.uv(point)), normal);
+                sights.push(Sight { surface, front, point, normal, through, tint: own_tint(), glow: None });
+            }
         }
+    }
+}
+
+impl Sight {
+    /// Share of what arrives that leaves towards the eye, and exitance of the surface itself.
+    fn leaving<'a>(&self, world: &World, optics: &'a Optics) -> (&'a [f32], Option<&'a Vec<f32>>) {
+        let material = world.surfaces.list[self.surface as usize].material;
+        if self.through {
+            return (optics.tau(material), None);
+        }
+        let emitted = world.group(self.surface, self.front).map(|g| &optics.exitance[g]);
+        (optics.rho(material, self.front), emitted)
     }
 }
 
@@ -398,12 +404,10 @@ impl Painter<'_> {
         if sight.surface == MISS {
             return add_background(world, optics, sight, weight, out);
         }
-        let material = world.surfaces.list[sight.surface as usize].material;
-        let rho = optics.rho(material, sight.front);
-        let emitted = world.group(sight.surface, sight.front).map(|g| &optics.exitance[g]);
+        let (shares, emitted) = sight.leaving(world, optics);
         for band in 0..optics.pad {
             let arriving: f32 = reflected[band] + optics.direct_in_band(direct, band) as f32;
-            let leaving = rho[band] * arriving + emitted.map_or(0.0, |m| m[band]);
+            let leaving = shares[band] * arriving + emitted.map_or(0.0, |m| m[band]);
             let left = sight.tint.as_ref().map_or(1.0, |t| t[band]);
             out[band] += weight * left * leaving * std::f32::consts::FRAC_1_PI;
         }
@@ -705,11 +709,9 @@ fn pixel_sample(
             continue;
         }
         let light = tracer.irradiance(sight.point, sight.normal, seed(&[stream, branch as u64]), paths);
-        let material = task.world.surfaces.list[sight.surface as usize].material;
-        let rho = task.optics.rho(material, sight.front);
-        let emitted = task.world.group(sight.surface, sight.front).map(|g| &task.optics.exitance[g]);
+        let (shares, emitted) = sight.leaving(task.world, task.optics);
         for band in 0..out.len() {
-            let leaving = rho[band] * light[band] + emitted.map_or(0.0, |m| m[band]);
+            let leaving = shares[band] * light[band] + emitted.map_or(0.0, |m| m[band]);
             out[band] += leaving * sight.tint.as_ref().map_or(1.0, |t| t[band]) * std::f32::consts::FRAC_1_PI;
         }
     }

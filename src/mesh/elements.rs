@@ -40,6 +40,12 @@ impl ElementKey {
         self.0 & ((1 << MAX_CUTS) - 1)
     }
 
+    /// The same piece of the surface, seen from the other side.
+    #[must_use]
+    pub fn other_side(self) -> Self {
+        Self(self.0 ^ (1 << 39))
+    }
+
     /// The same for all elements of one side of a surface that lie on the same side of its cuts: they share one
     /// sequence of points.
     #[must_use]

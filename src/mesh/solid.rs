@@ -12,13 +12,14 @@ use super::surfaces::{Surface, TOUCH};
 
 type Cell = [i64; 3];
 
-/// Marks the faces of solids.
-pub(super) fn mark_solids(list: &mut [Surface], neighbours: &[Vec<u32>]) {
+/// Marks the faces of solids; what has a face of a material that lets light in is none.
+pub(super) fn mark_solids(list: &mut [Surface], neighbours: &[Vec<u32>], lets_light_in: impl Fn(usize) -> bool) {
     let edges = Edges::new(list);
     let components = edges.components(list.len());
     let bounds = bounds_of(list, &(0..list.len()).collect::<Vec<_>>());
     for members in components {
-        if is_solid(list, neighbours, &edges, &members, bounds) {
+        let is_dark = !members.iter().any(|m| lets_light_in(list[*m].material));
+        if is_dark && is_solid(list, neighbours, &edges, &members, bounds) {
             for m in members {
                 list[m].solid = true;
             }

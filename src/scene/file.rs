@@ -232,7 +232,8 @@ pub(crate) struct MaterialDef {
     pub(crate) reflectance: Option<At<ValueDef>>,
     /// Reflectance of the back where it differs, 0 to 1.
     pub(crate) reflectance_back: Option<At<ValueDef>>,
-    /// Transmittance of clear glass, measured at normal incidence on the whole unit, 0 to 1.
+    /// Transmittance, 0 to 1: of clear glass, measured at normal incidence on the whole unit; of a translucent material,
+    /// diffuse.
     pub(crate) transmittance: Option<At<ValueDef>>,
     /// Panes of clear glass: their number (1 unless given) if they are equal, or a list from the front of the faces to
     /// their back, which then tells the transmittance of each.
@@ -240,6 +241,10 @@ pub(crate) struct MaterialDef {
     /// Index of refraction of clear glass; 1.52 unless given.
     #[serde(alias = "n")]
     pub(crate) refractive_index: Option<At<f64>>,
+    #[schemars(skip)]
+    pub(crate) file: Option<IgnoredAny>,
+    #[schemars(skip)]
+    pub(crate) up: Option<IgnoredAny>,
     /// Light of the surface's own.
     pub(crate) emission: Option<At<EmissionDef>>,
     /// Stands outside: light that it reflects last counts as external.
@@ -279,8 +284,10 @@ pub(crate) enum Kind {
     Glass,
     /// A plane mirror.
     Mirror,
-    #[schemars(skip)]
+    /// Passes light on diffusely.
     Translucent,
+    #[schemars(skip)]
+    Bsdf,
 }
 
 /// A number, linear Rec. 709 [r, g, b], or a spectrum file (`wavelength_nm,value`).
@@ -596,7 +603,7 @@ fn reword(message: &str) -> (String, Option<String>) {
         return (format!("unknown key `{found}`"), Some(suggest::mend(found, known)));
     }
     if message.starts_with("unknown variant") {
-        let known: Vec<&str> = known.iter().copied().filter(|k| *k != "translucent").collect();
+        let known: Vec<&str> = known.iter().copied().filter(|k| *k != "bsdf").collect();
         return (format!("unknown word `{found}`"), Some(suggest::mend(found, &known)));
     }
     if message.starts_with("missing field") {
@@ -670,6 +677,6 @@ mod tests {
         for key in ["luminance_cd_m2", "spacing_m", "range_nm", "film_mm", "additionalProperties"] {
             assert!(text.contains(key), "{key}");
         }
-        assert!(!text.contains("translucent"), "not built, not offered");
+        assert!(!text.contains("bsdf"), "not built, not offered");
     }
 }

@@ -163,9 +163,17 @@ pub(crate) fn unit_vector(source: Source<'_>, v: &At<[f64; 3]>, key: &str) -> Re
 
 fn refuse_unbuilt(source: Source<'_>, file: &SceneFile) -> Result<()> {
     for (name, def) in &file.materials {
-        if let Some(kind) = def.value.kind.as_ref().filter(|k| k.value == Kind::Translucent) {
-            let what = format!("material \"{name}\": kind = \"translucent\"");
-            return Err(source.unsupported(kind.offset, &what).mend("use diffuse, glass or mirror"));
+        let m = &def.value;
+        if let Some(kind) = m.kind.as_ref().filter(|k| k.value == Kind::Bsdf) {
+            let what = format!("material \"{name}\": kind = \"bsdf\"");
+            let mend = "use glass with its panes, or translucent with the element's diffuse transmittance";
+            return Err(source.unsupported(kind.offset, &what).mend(mend));
+        }
+        for (given, key) in [(m.file.is_some(), "file"), (m.up.is_some(), "up")] {
+            if given {
+                let message = format!("material \"{name}\": `{key}` belongs to a kind that is not in this version");
+                return Err(source.malformed(def.offset, message).mend("remove the key"));
+            }
         }
     }
     Ok(())

@@ -6,23 +6,23 @@
 
 use std::f64::consts::PI;
 
-use super::file::{At, EmissionDef, Kind, MaterialDef, PaneDef, PanesDef, Source, SpectrumDef, ValueDef};
+use super::file::{At, EmissionDef, Kind, MaterialDef, Source, SpectrumDef, ValueDef};
 use super::load::{Files, check_number};
-use super::{Emission, GlassPane, Material, MaterialKind, Panes, suggest};
+use super::{Emission, Material, MaterialKind, glazing, suggest};
 use crate::spectrum::{self, Beyond, SpectralValue, Spectrum};
 use crate::{Error, Result};
 
 /// Above this the user is told how long the light lives.
 const BRIGHT: f64 = 0.95;
-/// Window glass.
-const GLASS_INDEX: f64 = 1.52;
 
 /// Checks one material. `area_m2` is the area of all its faces; 0 if it is on none.
 pub(crate) fn resolve(files: &mut Files<'_>, name: &str, def: &At<MaterialDef>, area_m2: f64) -> Result<Material> {
     let kind = match def.value.kind.as_ref().map_or(Kind::Diffuse, |k| k.value) {
-        Kind::Diffuse | Kind::Translucent => diffuse(files, name, def)?,
-        Kind::Glass => glass(files, name, def)?,
+        // The loader has refused the latter.
+        Kind::Diffuse | Kind::Bsdf => diffuse(files, name, def)?,
+        Kind::Glass => glazing::glass(files, name, def)?,
         Kind::Mirror => mirror(files, name, def)?,
+        Kind::Translucent => translucent(files, name, def)?,
     };
     let emission = match &def.value.emission {
         Some(emission) => emit(files, name, emission, area_m2)?,
@@ -67,132 +67,53 @@ fn mirror(files: &mut Files<'_>, name: &str, def: &At<MaterialDef>) -> Result<Ma
     Ok(MaterialKind::Mirror { reflectance })
 }
 
-fn glass(files: &mut Files<'_>, name: &str, def: &At<MaterialDef>) -> Result<MaterialKind> {
+fn translucent(files: &mut Files<'_>, name: &str, def: &At<MaterialDef>) -> Result<MaterialKind> {
     let m = &def.value;
     let others = [
-        (m.reflectance.as_ref().map(|r| r.offset), "reflectance"),
-        (m.reflectance_back.as_ref().map(|r| r.offset), "reflectance_back"),
+        (m.refractive_index.as_ref().map(|n| n.offset), "refractive_index"),
+        (m.panes.as_ref().map(|p| p.offset), "panes"),
         (m.emission.as_ref().map(|e| e.offset), "emission"),
     ];
     for (offset, key) in others {
-        refuse(files.source, name, "glass", offset, key)?;
+        refuse(files.source, name, "translucent", offset, key)?;
     }
-    let refractive_index = refractive_index(files.source, name, m.refractive_index.as_ref())?;
-    let (count, offset) = match m.panes.as_ref().map(|p| (&p.value, p.offset)) {
-        None => (1, def.offset),
-        Some((PanesDef::Count(count), offset)) => (*count as usize, offset),
-        Some((PanesDef::List(list), offset)) => {
-            if let Some(whole) = &m.transmittance {
-                let message = format!("material \"{name}\": each pane tells its transmittance, and the whole unit too");
-                return Err(files.source.malformed(whole.offset, message).mend("remove one of the two"));
-            }
-            check_count(files.source, name, list.len(), offset)?;
-            let list = list.iter().map(|p| pane(files, name, &p.value, refractive_index)).collect::<Result<_>>()?;
-            return Ok(MaterialKind::Glass { panes: Panes::Listed(list), refractive_index });
+    let needed =
+        |value: &Option<At<ValueDef>>, key: &str| value.clone().ok_or_else(|| missing(files.source, name, def, key));
+    let (passes, reflects) = (needed(&m.transmittance, "transmittance")?, needed(&m.reflectance, "reflectance")?);
+    let transmittance = share(files, name, "transmittance", &passes)?;
+    let front = share(files, name, "reflectance", &reflects)?;
+    let back_def = m.reflectance_back.as_ref().unwrap_or(&reflects);
+    let back = share(files, name, "reflectance_back", back_def)?;
+    for (side, offset) in [(&front, reflects.offset), (&back, back_def.offset)] {
+        if let Some((nm, sum)) = beyond_one(&transmittance, side) {
+            let message = format!("material \"{name}\": transmittance and reflectance sum to {sum:.4} at {nm} nm");
+            return Err(files.source.impossible(offset, message).mend("together they are at most 1"));
         }
-    };
-    check_count(files.source, name, count, offset)?;
-    let value = m.transmittance.as_ref().ok_or_else(|| missing(files.source, name, def, "transmittance"))?;
-    let transmittance = clear_share(files, name, value, count, refractive_index)?;
-    Ok(MaterialKind::Glass { panes: Panes::Alike { count, transmittance }, refractive_index })
-}
-
-/// Most panes of a unit.
-const MOST_PANES: usize = 8;
-
-fn check_count(source: Source<'_>, name: &str, count: usize, offset: usize) -> Result<()> {
-    if (1..=MOST_PANES).contains(&count) {
-        return Ok(());
     }
-    let message = format!("material \"{name}\": {count} panes; a glazing unit has 1 to {MOST_PANES}");
-    Err(source.malformed(offset, message).mend("panes = 2 is double glazing"))
-}
-
-/// The transmittance of uncoated panes: no more than they pass if nothing is absorbed.
-fn clear_share(
-    files: &mut Files<'_>,
-    name: &str,
-    value: &At<ValueDef>,
-    count: usize,
-    refractive_index: f64,
-) -> Result<SpectralValue> {
-    let transmittance = share(files, name, "transmittance", value)?;
-    let most = clear_transmittance(count, refractive_index);
-    if transmittance.max() <= most + 1e-9 {
-        return Ok(transmittance);
-    }
-    let what = if count == 1 { "a clear pane".to_owned() } else { format!("{count} clear panes") };
-    let message = format!(
-        "material \"{name}\": transmittance {} is more than {what} of n = {refractive_index} can pass at normal incidence, {most:.4}",
-        transmittance.max()
-    );
-    let mend = "give the measured transmittance at normal incidence (not the transmissivity), or list coated panes with their reflectances";
-    Err(files.source.impossible(value.offset, message).mend(mend))
-}
-
-fn pane(files: &mut Files<'_>, name: &str, def: &PaneDef, refractive_index: f64) -> Result<GlassPane> {
-    let value = &def.transmittance;
-    let (front, back) = match (&def.reflectance_front, &def.reflectance_back) {
-        (None, None) => {
-            let transmittance = clear_share(files, name, value, 1, refractive_index)?;
-            return Ok(GlassPane { transmittance, reflectance: None });
-        }
-        (Some(front), Some(back)) => (front, back),
-        (Some(one), None) | (None, Some(one)) => {
-            let message = format!("material \"{name}\": a coated pane needs the reflectances of both of its sides");
-            let mend = "state reflectance_front and reflectance_back, or neither for uncoated glass";
-            return Err(files.source.malformed(one.offset, message).mend(mend));
-        }
-    };
-    let transmittance = share(files, name, "transmittance", value)?;
-    let mut sides = Vec::new();
-    for (key, side) in [("reflectance_back", back), ("reflectance_front", front)] {
-        let reflectance = share(files, name, key, side)?;
-        if let Some((nm, sum)) = beyond_one(&transmittance, &reflectance) {
-            let message = format!("material \"{name}\": transmittance and {key} of a pane sum to {sum:.4} at {nm} nm");
-            return Err(files.source.impossible(side.offset, message).mend("together they are at most 1"));
-        }
-        sides.push(reflectance);
-    }
-    let reflectance = sides.try_into().ok();
-    Ok(GlassPane { transmittance, reflectance })
+    warn_bright(files, name, transmittance.max() + front.max().max(back.max()));
+    Ok(MaterialKind::Translucent { front, back, transmittance })
 }
 
 /// Where two shares of the same light sum to more than one, by more than rounding to three digits explains.
-fn beyond_one(a: &SpectralValue, b: &SpectralValue) -> Option<(f64, f64)> {
+pub(super) fn beyond_one(a: &SpectralValue, b: &SpectralValue) -> Option<(f64, f64)> {
     let (a, b) = (a.to_spectrum(), b.to_spectrum());
     let sums = a.knots_nm().iter().chain(b.knots_nm()).map(|nm| (*nm, a.at(*nm) + b.at(*nm)));
     sums.max_by(|p, q| p.1.total_cmp(&q.1)).filter(|(_, sum)| *sum > 1.0 + 1e-3)
 }
 
-/// Normal transmittance of panes that absorb nothing, with all reflections between their faces (Stokes 1862):
-/// T = (1 − r)/(1 + (2N − 1) r), r = ((n − 1)/(n + 1))².
-fn clear_transmittance(panes: usize, n: f64) -> f64 {
-    let r = ((n - 1.0) / (n + 1.0)).powi(2);
-    (1.0 - r) / (1.0 + (2 * panes - 1) as f64 * r)
-}
-
-fn refractive_index(source: Source<'_>, name: &str, def: Option<&At<f64>>) -> Result<f64> {
-    let Some(n) = def else { return Ok(GLASS_INDEX) };
-    if (1.0..=4.0).contains(&n.value) {
-        return Ok(n.value);
-    }
-    let message = format!("material \"{name}\": refractive index {} is not within 1 to 4", n.value);
-    Err(source.impossible(n.offset, message).mend("window glass has 1.52"))
-}
-
 /// A key that does not belong to this kind of material.
-fn refuse(source: Source<'_>, name: &str, kind: &str, offset: Option<usize>, key: &str) -> Result<()> {
+pub(super) fn refuse(source: Source<'_>, name: &str, kind: &str, offset: Option<usize>, key: &str) -> Result<()> {
     let Some(offset) = offset else { return Ok(()) };
     let mend = match key {
-        "transmittance" | "refractive_index" | "panes" => "set kind = \"glass\", or remove the key",
+        "transmittance" => "set kind = \"glass\" (clear) or \"translucent\" (diffusing), or remove the key",
+        "refractive_index" | "panes" => "set kind = \"glass\", or remove the key",
         "emission" => "only diffuse faces emit: give the lamp a face of its own",
         _ => "remove the key, or choose another kind",
     };
     Err(source.malformed(offset, format!("material \"{name}\": a {kind} material has no `{key}`")).mend(mend))
 }
 
-fn missing(source: Source<'_>, name: &str, def: &At<MaterialDef>, key: &str) -> Error {
+pub(super) fn missing(source: Source<'_>, name: &str, def: &At<MaterialDef>, key: &str) -> Error {
     source
         .malformed(def.offset, format!("material \"{name}\" has no `{key}`"))
         .mend(format!("add {key} = 0.5 (or [r, g, b], or a spectrum file)"))
@@ -212,7 +133,7 @@ fn warn_bright(files: &mut Files<'_>, name: &str, most: f64) {
 }
 
 /// A value that must lie within 0 to 1 in every channel and sample.
-fn share(files: &mut Files<'_>, name: &str, key: &str, def: &At<ValueDef>) -> Result<SpectralValue> {
+pub(super) fn share(files: &mut Files<'_>, name: &str, key: &str, def: &At<ValueDef>) -> Result<SpectralValue> {
     let value = match &def.value {
         ValueDef::Number(v) => SpectralValue::Grey(*v),
         ValueDef::Rgb(rgb) => SpectralValue::Rgb(*rgb),
@@ -363,16 +284,4 @@ fn check_curve(source: Source<'_>, owner: &str, offset: usize, curve: &Spectrum)
     Err(source
         .impossible(offset, format!("{owner}: its spectrum is negative somewhere ({})", curve.min()))
         .mend("set noise below zero to zero"))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_clear_pane_of_window_glass_passes_92_percent() {
-        // r = (0.52/2.52)² = 0.042580; (1 − r)/(1 + r)
-        assert!((clear_transmittance(1, 1.52) - 0.918_318).abs() < 1e-6);
-        assert_eq!(clear_transmittance(3, 1.0), 1.0);
-    }
 }

@@ -5,11 +5,13 @@
 //! turned by (x, y, z) → (x, −z, y), and turned back where a user reads coordinates
 //! ([`Axes::to_user`]).
 
+pub mod bsdf;
 pub mod check;
 #[cfg(test)]
 mod check_tests;
 mod faces;
 mod file;
+mod glazing;
 mod grid;
 mod load;
 mod luminaire;
@@ -159,6 +161,15 @@ pub enum MaterialKind {
         /// Reflectance of the back; equals `front` unless the user says otherwise.
         back: SpectralValue,
     },
+    /// Lambertian on both sides, and light that arrives on one side leaves the other diffusely too.
+    Translucent {
+        /// Reflectance of the front.
+        front: SpectralValue,
+        /// Reflectance of the back.
+        back: SpectralValue,
+        /// Diffuse transmittance, the same both ways.
+        transmittance: SpectralValue,
+    },
     /// A plane mirror on both sides.
     Mirror {
         /// Specular reflectance.
@@ -171,6 +182,14 @@ pub enum MaterialKind {
         /// Index of refraction of uncoated panes.
         refractive_index: f64,
     },
+}
+
+impl MaterialKind {
+    /// Does light that arrives on one side leave the other diffusely?
+    #[must_use]
+    pub fn is_translucent(&self) -> bool {
+        matches!(self, Self::Translucent { .. })
+    }
 }
 
 /// The panes of a glazing unit.

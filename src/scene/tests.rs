@@ -260,9 +260,37 @@ fn glazing_units_are_judged() {
 }
 
 #[test]
+fn translucent_materials_are_judged() {
+    let sheet = |rest: &str| format!("[materials.wall]\nkind = \"translucent\"\n{rest}\n");
+    let s = scene_of(&sheet("transmittance = 0.4\nreflectance = 0.5")).unwrap();
+    assert!(matches!(s.materials[0].kind, MaterialKind::Translucent { .. }));
+    for (rest, want) in [
+        ("transmittance = 0.4", "has no `reflectance`"),
+        ("reflectance = 0.4", "has no `transmittance`"),
+        (
+            "transmittance = 0.4\nreflectance = 0.7",
+            "s.toml:8: material \"wall\": transmittance and reflectance sum to 1.1",
+        ),
+        ("transmittance = 0.4\nreflectance = 0.5\nreflectance_back = 0.61", "s.toml:9:"),
+        ("transmittance = 0.4\nreflectance = 0.5\npanes = 2", "a translucent material has no `panes`"),
+    ] {
+        let e = error(&sheet(rest));
+        assert!(e.contains(want), "{rest} gave {e}");
+    }
+}
+
+#[test]
 fn what_is_not_built_is_refused_by_name() {
-    let e = error(&format!("{WALL}[materials.t]\nkind = \"translucent\"\n"));
-    assert!(e.contains("s.toml:8: material \"t\": kind = \"translucent\" is not supported"), "{e}");
+    for (rest, want) in [
+        (
+            "[materials.blind]\nkind = \"bsdf\"\nfile = \"blind.xml\"\nup = [0, 0, 1]\n",
+            "s.toml:8: material \"blind\": kind = \"bsdf\" is not supported in this version",
+        ),
+        ("[materials.blind]\nreflectance = 0.5\nfile = \"blind.xml\"\n", "`file` belongs to a kind"),
+    ] {
+        let e = error(&format!("{WALL}{rest}"));
+        assert!(e.contains(want), "{rest} gave {e}");
+    }
 }
 
 #[test]

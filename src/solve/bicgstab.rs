@@ -1,9 +1,10 @@
-//! Stabilised bi-conjugate gradients (van der Vorst 1992) on `(I − ρF) B = ρD`, eight bands abreast.
+//! Stabilised bi-conjugate gradients (van der Vorst 1992) on `(I − SF) B = SD`, `S` the reflectances and transmittances, eight bands abreast.
 //!
 //! Sampled rows are not reciprocal, so the symmetric form is not open. One isolated eigenvalue goes to one with the
 //! reflectance; a Krylov method takes it in a step or two, where sweeps need 1/(1 − ρ) of them.
 
 use super::exchange::{Exchange, Way};
+use super::scattering::Scattering;
 use crate::mesh::Elements;
 use crate::transport::{Optics, Rows, World};
 
@@ -58,18 +59,15 @@ impl Block<'_> {
     pub fn solve(&self, accuracy: f64) -> BlockResult {
         let tints: Vec<Lanes> = self.rows.tints.iter().map(|t| self.lanes(t)).collect();
         let direct = self.direct(&tints);
-        let rho: Vec<Lanes> = self
-            .mesh
-            .list()
-            .iter()
-            .map(|e| self.lanes(self.optics.rho(self.world.surfaces.list[e.surface as usize].material, e.front)))
-            .collect();
+        let scattering = Scattering::new(self.world, self.optics, self.mesh, |bands| self.lanes(bands));
         let source: Vec<Lanes> = if self.world.glowing() {
             self.emitted()
         } else {
-            rho.iter().zip(&direct).map(|(r, d)| std::array::from_fn(|l| r[l] * d[l])).collect()
+            let mut source = direct.clone();
+            scattering.act(&mut source);
+            source
         };
-        let system = System { exchange: self.exchange, rho: &rho, tints: &tints };
+        let system = System { exchange: self.exchange, scattering: &scattering, tints: &tints };
         let (radiosity, products, residual) = system.solve(&source, accuracy);
         let mut result = BlockResult {
             radiosity: radiosity.iter().map(|b| b.map(|x| x as f32)).collect(),
@@ -79,7 +77,7 @@ impl Block<'_> {
             products,
             residual,
         };
-        self.account(&radiosity, &direct, &rho, &tints, &mut result);
+        self.account(&radiosity, &direct, &scattering, &tints, &mut result);
         result
     }
 
@@ -126,12 +124,20 @@ impl Block<'_> {
     }
 
     /// Sums what is absorbed and what escapes, each on its own.
-    fn account(&self, radiosity: &[Lanes], direct: &[Lanes], rho: &[Lanes], tints: &[Lanes], result: &mut BlockResult) {
+    fn account(
+        &self,
+        radiosity: &[Lanes],
+        direct: &[Lanes],
+        scattering: &Scattering,
+        tints: &[Lanes],
+        result: &mut BlockResult,
+    ) {
         let mut arriving = vec![[0.0; LANES]; radiosity.len()];
         self.exchange.product(radiosity, tints, &mut arriving);
+        let kept = scattering.absorbed();
         for (i, arriving) in arriving.iter().enumerate() {
             for l in 0..LANES {
-                result.absorbed[l] += self.exchange.area[i] * (1.0 - rho[i][l]) * (direct[i][l] + arriving[l]);
+                result.absorbed[l] += self.exchange.area[i] * kept[i][l] * (direct[i][l] + arriving[l]);
             }
         }
         for exit in &self.other.exits {
@@ -150,22 +156,21 @@ impl Block<'_> {
     }
 }
 
-/// `(I − ρF) B = s` for eight right-hand sides abreast.
+/// `(I − SF) B = s` for eight right-hand sides abreast.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct System<'a> {
     pub(super) exchange: &'a Exchange,
-    pub(super) rho: &'a [Lanes],
+    pub(super) scattering: &'a Scattering,
     pub(super) tints: &'a [Lanes],
 }
 
 impl System<'_> {
-    /// `out = x − ρ F x`.
+    /// `out = x − S F x`.
     fn apply(&self, x: &[Lanes], out: &mut [Lanes]) {
         self.exchange.product(x, self.tints, out);
-        for ((o, x), r) in out.iter_mut().zip(x).zip(self.rho) {
-            for l in 0..LANES {
-                o[l] = x[l] - r[l] * o[l];
-            }
+        self.scattering.act(out);
+        for (o, x) in out.iter_mut().zip(x) {
+            *o = std::array::from_fn(|l| x[l] - o[l]);
         }
     }
 

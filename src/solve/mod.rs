@@ -9,6 +9,7 @@ mod columns;
 pub mod dense;
 mod exchange;
 pub mod hierarchical;
+mod scattering;
 
 use rayon::prelude::*;
 
@@ -135,7 +136,8 @@ fn check_finite(world: &World, optics: &Optics, mesh: &Elements, exchanges: &[Ex
         let absorbs = mesh
             .list()
             .iter()
-            .any(|e| optics.rho(world.surfaces.list[e.surface as usize].material, e.front)[band] < 1.0);
+            .map(|e| (world.surfaces.list[e.surface as usize].material, e.front))
+            .any(|(material, front)| optics.rho(material, front)[band] + optics.tau(material)[band] < 1.0);
         if !absorbs {
             return Err(Error::impossible(format!(
                 "the room is closed and every surface in it reflects everything in band {} of {}: the light never goes away",

@@ -153,16 +153,15 @@ pub fn follow(
         let (next, side) = match specular {
             Specular::Glass(glazing) if !reflects => {
                 coloured |= !glazing.is_grey();
-                tint.pass(glazing, cosine.abs());
+                tint.pass(glazing, cosine.abs(), odds);
                 (direction, -normal)
             }
             _ => {
                 tint.mirrors += 1;
-                tint.reflect(specular, cosine.abs(), front);
+                tint.reflect(specular, (cosine.abs(), front), odds);
                 ((direction - surface.normal * (2.0 * cosine)).normalize(), normal)
             }
         };
-        tint.scale /= odds as f32;
         if tint.scale == 0.0 {
             return Landing::Lost;
         }

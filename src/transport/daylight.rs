@@ -149,7 +149,7 @@ impl Receiver for Directions<'_> {
             let root = u.sqrt();
             let direction = (a * (1.0 - root) + b * (root * (1.0 - v)) + c * (root * v)).normalize();
             tint.reset();
-            eye.at_panes(panes, direction, |pane, cosine| tint.pass(pane, cosine));
+            eye.at_panes(panes, direction, |pane, cosine| tint.pass(pane, cosine, 1.0));
             (self.visit)(Seen { direction, weight, tint, panes });
         });
     }
@@ -188,7 +188,7 @@ pub(super) fn daylight(
         let limit = s.limit;
         rays += eye.look(wanted, s, &mut Totals { out, limit });
     }
-    rays += eye.sun(s, out);
+    rays += eye.sun(s, out) + eye.mirrored_sun(s, out);
     s.coloured = coloured;
     rays
 }
@@ -325,7 +325,7 @@ impl Eye<'_> {
     /// Light through the panes of a piece.
     fn enter(&self, panes: &[u32], direction: DVec3, (group, value): (usize, f64), tint: &mut Tint, out: &mut [f64]) {
         tint.reset();
-        self.at_panes(panes, direction, |pane, cosine| tint.pass(pane, cosine));
+        self.at_panes(panes, direction, |pane, cosine| tint.pass(pane, cosine, 1.0));
         deposit(out, group, value, tint);
     }
 
@@ -485,6 +485,14 @@ impl Eye<'_> {
     }
 }
 
+impl Eye<'_> {
+    fn mirrored_sun(&self, s: &mut SkyScratch, out: &mut [f64]) -> u64 {
+        let (scene, at) = ((self.world, self.speculars), (self.x, self.normal));
+        let found = |cosine: f64, tint: &Tint| deposit(out, SUN, cosine, tint);
+        self.world.sun_images().light(scene, at, seed(&[self.sample, 98]), &mut s.tint, found)
+    }
+}
+
 /// A whole number below 2^32 as a share of one.
 fn unit(number: u64) -> f64 {
     number as f64 / 4_294_967_296.0
@@ -532,7 +540,8 @@ fn pass(
             return true;
         }
         let Some(pane) = speculars.pane(world, hit.surface) else { return false };
-        tint.pass(pane, world.surfaces.list[hit.surface as usize].normal.dot(direction).abs());
+        let cosine = world.surfaces.list[hit.surface as usize].normal.dot(direction).abs();
+        tint.pass(pane, cosine, 1.0);
         each(hit.surface);
         start = ray.at(hit.t) + direction * world.skin();
     }

@@ -17,6 +17,7 @@ pub mod points;
 mod portals;
 mod rows;
 mod specular;
+mod sun_images;
 mod umbra;
 mod visible;
 mod world;
@@ -28,8 +29,9 @@ pub use daylight::{
 pub use direct::{DirectScratch, direct, direct_at_place, direct_parts, transmittance_to, visible_factor};
 pub use glass::{Glazing, GlazingUnit, Pane, Shares};
 pub use hung::{luminaire_in_sight, one_place_lx};
-pub use optics::{LightPart, Optics};
+pub use optics::{LightPart, Optics, Scatter};
 pub use portals::{chance_weight, through_panes};
 pub use rows::{Mirrored, Replica, RowSettings, Rows, Target};
 pub use specular::{Specular, Speculars};
+pub use sun_images::SunImages;
 pub use world::{Kind, World, cosine_direction};

@@ -4,7 +4,7 @@ use super::daylight::{DAYLIGHT_GROUPS, GROUND, SKY, SUN};
 use super::specular::Speculars;
 use super::world::World;
 use crate::scene::{MaterialKind, Scene};
-use crate::spectrum::Bands;
+use crate::spectrum::{Bands, SpectralValue};
 
 /// Lanes to which band vectors are padded.
 pub(crate) const LANES: usize = 8;
@@ -19,7 +19,10 @@ pub struct Optics {
     pub pad: usize,
     /// Diffuse reflectance of back and front of each material.
     pub reflectance: Vec<[Vec<f32>; 2]>,
-    /// Exitance of each group of emitting sides, W/(m² nm), spectrum of a lumen of each group of luminaires; then the sky's horizontal irradiance, the ground's exitance and
+    /// Diffuse transmittance of each material.
+    pub transmittance: Vec<Vec<f32>>,
+    /// Exitance of each group of emitting sides, W/(m² nm), spectrum of a lumen of each group of luminaires; then the sky's
+    /// horizontal irradiance, the ground's exitance and
     /// the sun's irradiance face on.
     pub exitance: Vec<Vec<f32>>,
     /// XYZ weights of the bands, X then Y then Z, each padded.
@@ -44,6 +47,17 @@ pub enum LightPart {
     Sun,
 }
 
+/// What becomes of a path at a diffuse surface.
+#[derive(Clone, Copy, Debug)]
+pub struct Scatter<'a> {
+    /// Does it go on from the other side?
+    pub passes: bool,
+    /// Reflectance or transmittance by band.
+    pub shares: &'a [f32],
+    /// Chance of this way.
+    pub odds: f32,
+}
+
 impl Optics {
     /// Averages everything over the bands.
     #[must_use]
@@ -54,14 +68,18 @@ impl Optics {
             v.into_iter().map(|x| x as f32).collect::<Vec<f32>>()
         };
         let black = vec![0.0f32; pad];
-        let mut reflectance = Vec::new();
+        let (mut reflectance, mut transmittance) = (Vec::new(), Vec::new());
         for m in &scene.materials {
-            reflectance.push(match &m.kind {
-                MaterialKind::Diffuse { front, back } => {
-                    [padded(bands.reflectance(back)), padded(bands.reflectance(front))]
+            let (front, back, through) = match &m.kind {
+                MaterialKind::Diffuse { front, back } => (Some(front), Some(back), None),
+                MaterialKind::Translucent { front, back, transmittance } => {
+                    (Some(front), Some(back), Some(transmittance))
                 }
-                MaterialKind::Mirror { .. } | MaterialKind::Glass { .. } => [black.clone(), black.clone()],
-            });
+                MaterialKind::Mirror { .. } | MaterialKind::Glass { .. } => (None, None, None),
+            };
+            let values = |v: Option<&SpectralValue>| v.map_or_else(|| black.clone(), |v| padded(bands.reflectance(v)));
+            reflectance.push([values(back), values(front)]);
+            transmittance.push(values(through));
         }
         let mut exitance: Vec<Vec<f32>> = world
             .emitters
@@ -84,7 +102,17 @@ impl Optics {
         let xyz = [0, 1, 2].map(|k| padded(bands.xyz_weights().iter().map(|w| w[k]).collect()));
         let speculars = Speculars::in_bands(scene, |v| bands.reflectance(v));
         let has_sky = world.daylight().is_some();
-        Self { bands, pad, reflectance, exitance, xyz, lamps: world.emitters.groups(), speculars, has_sky }
+        Self {
+            bands,
+            pad,
+            reflectance,
+            transmittance,
+            exitance,
+            xyz,
+            lamps: world.emitters.groups(),
+            speculars,
+            has_sky,
+        }
     }
 
     /// Reflectance of a side of a material, padded.
@@ -92,6 +120,33 @@ impl Optics {
     #[inline]
     pub fn rho(&self, material: usize, front: bool) -> &[f32] {
         &self.reflectance[material][usize::from(front)]
+    }
+
+    /// Diffuse transmittance of a material, padded.
+    #[must_use]
+    #[inline]
+    pub fn tau(&self, material: usize) -> &[f32] {
+        &self.transmittance[material]
+    }
+
+    /// What becomes of a path that arrives on a side of a diffuse material: reflected, or passed on to the other side, by
+    /// `chance` in `[0, 1)`, which is spread again over its range. The shares by band are to be divided by the odds.
+    #[must_use]
+    #[inline]
+    pub fn scatter(&self, material: usize, front: bool, chance: &mut f64) -> Scatter<'_> {
+        let (rho, tau) = (self.rho(material, front), self.tau(material));
+        let most = |shares: &[f32]| shares.iter().copied().fold(0.0, f32::max);
+        let through = most(tau);
+        if through == 0.0 {
+            return Scatter { passes: false, shares: rho, odds: 1.0 };
+        }
+        let through = f64::from(through / (through + most(rho)));
+        if *chance < through {
+            *chance /= through;
+            return Scatter { passes: true, shares: tau, odds: through as f32 };
+        }
+        *chance = (*chance - through) / (1.0 - through);
+        Scatter { passes: false, shares: rho, odds: (1.0 - through) as f32 }
     }
 
     /// Length of the factors of direct light: one for each group; where panes or mirrors are coloured, then those of
@@ -159,13 +214,14 @@ impl Optics {
         groups.filter(|g| *g < factors.len().min(self.exitance.len())).map(of_group).sum()
     }
 
-    /// Largest reflectance in any band of the materials in use.
+    /// Largest share in any band that a diffuse material in use gives back, by reflection and transmission.
     #[must_use]
     pub fn largest_reflectance(&self, world: &World) -> f64 {
         let mut largest = 0.0f32;
         for s in &world.surfaces.list {
             for side in &self.reflectance[s.material] {
-                largest = side.iter().copied().fold(largest, f32::max);
+                let both = side.iter().zip(self.tau(s.material)).map(|(r, t)| r + t);
+                largest = both.fold(largest, f32::max);
             }
         }
         f64::from(largest)

@@ -204,6 +204,11 @@ impl Rows {
                 replica.mirrored.push(Mirrored { element: i, group, share: s.share, weight, tint, direction });
             }
         }
+        let (key, surface) = (mesh.list()[i as usize].key, mesh.list()[i as usize].surface);
+        if world.is_translucent(surface) {
+            // What one side receives leaves the other: neither can be without its twin.
+            mesh.make(&world.surfaces, key.other_side());
+        }
         self.valid.push(1.0 - covered as f32 / e.samples.len() as f32);
         for (r, d) in self.replicas.iter_mut().zip(e.direct.chunks_exact(optics.columns().max(1))) {
             r.direct.extend_from_slice(&d[..self.groups]);

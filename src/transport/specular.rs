@@ -75,7 +75,7 @@ impl Speculars {
 /// All that is specular of a material.
 fn spectral_values(kind: &MaterialKind) -> Vec<&SpectralValue> {
     match kind {
-        MaterialKind::Diffuse { .. } => Vec::new(),
+        MaterialKind::Diffuse { .. } | MaterialKind::Translucent { .. } => Vec::new(),
         MaterialKind::Mirror { reflectance } => vec![reflectance],
         MaterialKind::Glass { panes, .. } => panes.values(),
     }
@@ -83,7 +83,7 @@ fn spectral_values(kind: &MaterialKind) -> Vec<&SpectralValue> {
 
 fn specular(kind: &MaterialKind, values: &impl Fn(&SpectralValue) -> Vec<f64>) -> Specular {
     match kind {
-        MaterialKind::Diffuse { .. } => Specular::None,
+        MaterialKind::Diffuse { .. } | MaterialKind::Translucent { .. } => Specular::None,
         MaterialKind::Mirror { reflectance } => {
             let rho: Vec<f32> = values(reflectance).iter().map(|r| *r as f32).collect();
             let is_grey = rho.iter().all(|r| *r == rho[0]);
@@ -96,25 +96,28 @@ fn specular(kind: &MaterialKind, values: &impl Fn(&SpectralValue) -> Vec<f64>) -
 }
 
 impl Tint {
-    /// Straight through a pane.
-    pub(super) fn pass(&mut self, glazing: &Glazing, cosine: f64) {
+    /// Straight through a pane, by a way that has the odds.
+    pub(super) fn pass(&mut self, glazing: &Glazing, cosine: f64, odds: f64) {
         if glazing.is_grey() {
-            self.scale *= glazing.mean(cosine).passed as f32;
+            self.scale *= (glazing.mean(cosine).passed / odds) as f32;
         } else {
-            self.take(glazing.bands(), |band| glazing.in_band(cosine, band).passed as f32);
+            self.take(glazing.bands(), |band| (glazing.in_band(cosine, band).passed / odds) as f32);
         }
     }
 
-    /// Reflected by the front or the back of a mirror or a pane; nothing is left by what is neither.
-    pub(super) fn reflect(&mut self, specular: &Specular, cosine: f64, front: bool) {
+    /// Reflected by the front or the back of a mirror or a pane, by a way that has the odds; nothing is left by what is
+    /// neither.
+    pub(super) fn reflect(&mut self, specular: &Specular, (cosine, front): (f64, bool), odds: f64) {
         let side = usize::from(front);
         match specular {
             Specular::None => self.scale = 0.0,
             Specular::Mirror(rho) if rho.len() == 1 => self.scale *= rho[0],
             Specular::Mirror(rho) => self.take(rho.len(), |band| rho[band]),
-            Specular::Glass(glazing) if glazing.is_grey() => self.scale *= glazing.mean(cosine).reflected[side] as f32,
+            Specular::Glass(glazing) if glazing.is_grey() => {
+                self.scale *= (glazing.mean(cosine).reflected[side] / odds) as f32;
+            }
             Specular::Glass(glazing) => {
-                self.take(glazing.bands(), |band| glazing.in_band(cosine, band).reflected[side] as f32);
+                self.take(glazing.bands(), |band| (glazing.in_band(cosine, band).reflected[side] / odds) as f32);
             }
         }
     }

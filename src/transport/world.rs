@@ -7,6 +7,7 @@ use super::daylight::{DAYLIGHT_GROUPS, GROUND, SKY};
 use super::points::Points;
 use super::portals::Portals;
 use super::specular::Speculars;
+use super::sun_images::SunImages;
 use crate::light::sun::DIAMETER_DEG;
 use crate::light::{Daylight, Emitters, Luminaires};
 use crate::mesh::{Surfaces, sample_polygon};
@@ -37,10 +38,12 @@ pub struct World {
     groups: Vec<[Option<u32>; 2]>,
     has_specular: bool,
     has_glass: bool,
+    translucent: Vec<bool>,
     glowing: bool,
     outside: Vec<bool>,
     daylight: Option<Daylight>,
     portals: Portals,
+    sun_images: SunImages,
 }
 
 /// Distance, in units of the scene's size, by which a ray's start is lifted off its surface.
@@ -67,18 +70,21 @@ impl World {
             groups[e.surface][usize::from(e.front)] = Some(e.group as u32);
         }
         let kinds = scene.materials.iter().map(|m| match m.kind {
-            MaterialKind::Diffuse { .. } => Kind::Diffuse,
+            MaterialKind::Diffuse { .. } | MaterialKind::Translucent { .. } => Kind::Diffuse,
             MaterialKind::Mirror { .. } => Kind::Mirror,
             MaterialKind::Glass { .. } => Kind::Glass,
         });
         let kinds: Vec<Kind> = kinds.collect();
         let any = |wanted: &dyn Fn(Kind) -> bool| surfaces.list.iter().any(|s| wanted(kinds[s.material]));
+        let sun = daylight.as_ref().and_then(|d| d.sun);
         let mut world = Self {
             glowing: false,
             portals: Portals::new(&surfaces, |material| kinds[material] == Kind::Glass),
             has_specular: any(&|k| k != Kind::Diffuse),
             has_glass: any(&|k| k == Kind::Glass),
             caster: Caster::new(&surfaces),
+            translucent: scene.materials.iter().map(|m| m.kind.is_translucent()).collect(),
+            sun_images: sun.map_or_else(SunImages::default, |sun| SunImages::new(&surfaces, &kinds, sun)),
             kinds,
             greys: Speculars::grey(scene),
             groups,
@@ -138,6 +144,12 @@ impl World {
         self.daylight.as_ref()
     }
 
+    /// The sun in mirrors and panes.
+    #[must_use]
+    pub fn sun_images(&self) -> &SunImages {
+        &self.sun_images
+    }
+
     /// Panes, as guides to the sky.
     pub(super) fn portals(&self) -> &Portals {
         &self.portals
@@ -172,6 +184,19 @@ impl World {
     #[inline]
     pub fn kind(&self, surface: u32) -> Kind {
         self.kinds[self.surfaces.list[surface as usize].material]
+    }
+
+    /// Does light that arrives on one side of a surface leave the other diffusely?
+    #[must_use]
+    #[inline]
+    pub fn is_translucent(&self, surface: u32) -> bool {
+        self.translucent[self.surfaces.list[surface as usize].material]
+    }
+
+    /// Any translucent surface in the scene?
+    #[must_use]
+    pub fn has_translucent(&self) -> bool {
+        self.surfaces.list.iter().any(|s| self.translucent[s.material])
     }
 
     /// Any mirror or glass in the scene?

@@ -38,7 +38,8 @@ const PIXELS: f64 = 5.0;
 ///
 /// # Errors
 ///
-/// When the scene has daylight, luminaires, mirrors or glass, needs too many patches, or has no finite solution.
+/// When the scene has daylight, luminaires, mirrors, glass or translucent surfaces, needs too many patches, or has no finite
+/// solution.
 pub(super) fn run(task: &Task<'_>, mut record: Record) -> Result<Measurement> {
     if task.world.daylight().is_some() {
         return Err(Error::unsupported(format!(
@@ -54,9 +55,9 @@ pub(super) fn run(task: &Task<'_>, mut record: Record) -> Result<Measurement> {
         ))
         .mend("use the default method or path-tracing"));
     }
-    if task.world.has_specular() {
+    if task.world.has_specular() || task.world.has_translucent() {
         return Err(Error::unsupported(format!(
-            "method {} works with diffuse surfaces alone; the scene has mirrors or glass",
+            "method {} works with opaque diffuse surfaces alone; the scene has mirrors or glass, or translucent surfaces",
             record.method
         ))
         .mend("use the default method or path-tracing"));
