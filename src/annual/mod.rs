@@ -16,9 +16,10 @@ use blinds::Blinds;
 pub use climate::{CALENDAR_YEAR, Climate, Hour};
 pub use metrics::{Equinox, Figure, GridMetrics, Level, Metrics, Overcast, PointMetrics};
 pub use series::Series;
-use series::{Light, Luminances};
+use series::{Light, Luminances, Rough};
 
 use crate::error::{Error, Result};
+use crate::light::sky::Patches;
 use crate::light::sun::Place;
 use crate::light::weather::{Weather, check_zone};
 use crate::measure::{self, Coefficients, LeftOut, Progress, Record, Setting, SolveOptions, Status};
@@ -124,13 +125,17 @@ fn series_of(
 ) -> (Vec<GridYear>, Vec<usize>) {
     let grids = &coefficients.grids;
     let (fine, coarse) = (&coefficients.seen_patches, &coefficients.patches);
+    let rough = Patches::new(1);
+    let homes = coarse.homes(&rough);
     let seen = Luminances::new(fine, &climate.hours, day.ground_reflectance, &wanted(coefficients));
     let joined = (coarse.sky() != fine.sky()).then(|| seen.joined(fine, coarse));
+    let reflected = joined.as_ref().unwrap_or(&seen);
     let light = Light {
         coefficients,
         hours: &climate.hours,
         seen: &seen,
-        reflected: joined.as_ref().unwrap_or(&seen),
+        reflected,
+        rough: Rough { homes: &homes, luminances: &reflected.joined(coarse, &rough) },
         iteration: 0.01 * tolerance,
     };
     let suns: Vec<_> = (0..grids.len()).map(|g| light.own_suns(g)).collect();
@@ -158,7 +163,9 @@ fn equinox(coefficients: &Coefficients, climate: &Climate, ground_reflectance: f
     let (fine, coarse) = (&coefficients.seen_patches, &coefficients.patches);
     let seen = Luminances::new(fine, hours, ground_reflectance, &vec![true; fine.all()]);
     let joined = seen.joined(fine, coarse);
-    let light = Light { coefficients, hours, seen: &seen, reflected: &joined, iteration: 0.01 * tolerance };
+    let tregenza = Patches::new(1);
+    let rough = Rough { homes: &coarse.homes(&tregenza), luminances: &joined.joined(coarse, &tregenza) };
+    let light = Light { coefficients, hours, seen: &seen, reflected: &joined, rough, iteration: 0.01 * tolerance };
     let blinds = Blinds::open(coefficients.openings);
     (0..coefficients.grids.len()).map(|g| light.series(g, &light.own_suns(g), &blinds)).collect()
 }

@@ -79,16 +79,20 @@ impl Luminances {
     pub(super) fn joined(&self, fine: &Patches, coarse: &Patches) -> Self {
         let mut values = vec![0.0f32; coarse.all() * self.hours];
         let mut solid_angles = vec![0.0; coarse.all()];
-        let homes: Vec<usize> = (0..fine.sky()).map(|p| coarse.of(fine.middle(p))).collect();
-        for (p, home) in homes.iter().enumerate() {
+        let homes = fine.homes(coarse);
+        for (p, home) in homes.iter().enumerate().take(fine.sky()) {
             solid_angles[*home] += fine.solid_angle(p);
         }
-        for (p, home) in homes.iter().enumerate() {
+        for (p, home) in homes.iter().enumerate().take(fine.sky()) {
             let share = (fine.solid_angle(p) / solid_angles[*home]) as f32;
             self.add(p, share, &mut values[home * self.hours..(home + 1) * self.hours]);
         }
         self.add(fine.sky(), 1.0, &mut values[coarse.sky() * self.hours..]);
         Self { values, hours: self.hours }
+    }
+
+    fn patches(&self) -> usize {
+        self.values.len() / self.hours
     }
 
     fn of(&self, patch: usize) -> &[f32] {
@@ -127,8 +131,27 @@ pub(super) struct Light<'a> {
     pub(super) hours: &'a [Hour],
     pub(super) seen: &'a Luminances,
     pub(super) reflected: &'a Luminances,
+    /// Over Tregenza's patches: finer ones do not tell more of the errors.
+    pub(super) rough: Rough<'a>,
     /// Relative error left by the solver.
     pub(super) iteration: f64,
+}
+
+/// Tregenza's patches: which one holds the middle of each patch of reflected light, and their luminances.
+#[derive(Clone, Copy)]
+pub(super) struct Rough<'a> {
+    pub(super) homes: &'a [usize],
+    pub(super) luminances: &'a Luminances,
+}
+
+impl Rough<'_> {
+    /// Coefficients over Tregenza's patches.
+    fn joined(&self, row: &[f32], to: &mut [f32]) {
+        to.fill(0.0);
+        for (home, c) in self.homes.iter().zip(row) {
+            to[*home] += c;
+        }
+    }
 }
 
 /// One sensor before its errors are pooled.
@@ -220,7 +243,7 @@ impl Light<'_> {
         let mut between = [zeros(), zeros()];
         let (fine, patches) = (self.coefficients.seen_patches.all(), self.coefficients.patches.all());
         let width = self.coefficients.openings * patches;
-        let mut part = zeros();
+        let (mut part, mut rough) = (zeros(), vec![0.0f32; self.rough.luminances.patches()]);
         for opening in 0..self.coefficients.openings {
             part.fill(0.0);
             let columns = (opening * fine) as u32..((opening + 1) * fine) as u32;
@@ -229,17 +252,30 @@ impl Light<'_> {
             }
             blinds.add(opening, &part, &mut raw.lux);
             let row = i * width + opening * patches..i * width + (opening + 1) * patches;
+            part.fill(0.0);
+            for p in 0..patches {
+                let mean = (0..SETS).map(|k| grid.reflected[0][k][row.start + p]).sum::<f32>() / SETS as f32;
+                if mean != 0.0 {
+                    self.reflected.add(p, mean, &mut part);
+                }
+            }
+            blinds.add(opening, &part, &mut raw.lux);
+            let mut means = zeros();
             for (k, estimate) in estimates.iter_mut().enumerate() {
                 part.fill(0.0);
-                for (p, c) in grid.reflected[0][k][row.clone()].iter().enumerate().filter(|(_, c)| **c != 0.0) {
-                    self.reflected.add(p, *c, &mut part);
+                self.rough.joined(&grid.reflected[0][k][row.clone()], &mut rough);
+                for (p, c) in rough.iter().enumerate().filter(|(_, c)| **c != 0.0) {
+                    self.rough.luminances.add(p, *c, &mut part);
                 }
                 let of_sun = &grid.of_sun()[k][row.clone()];
-                for (value, sun) in part.iter_mut().zip(places) {
-                    *value += sun.between.iter().map(|(p, l)| l * of_sun[*p]).sum::<f32>();
+                for ((value, sun), mean) in part.iter_mut().zip(places).zip(&mut means) {
+                    let lux = sun.between.iter().map(|(p, l)| l * of_sun[*p]).sum::<f32>();
+                    *value += lux;
+                    *mean += if k < SETS { lux / SETS as f32 } else { 0.0 };
                 }
                 blinds.add(opening, &part, estimate);
             }
+            blinds.add(opening, &means, &mut raw.lux);
             let of_sun = |p: usize| (0..SETS).map(|k| grid.of_sun()[k][row.start + p]).sum::<f32>() / SETS as f32;
             for (kind, sum) in between.iter_mut().enumerate() {
                 for (value, sun) in part.iter_mut().zip(places) {
@@ -253,10 +289,9 @@ impl Light<'_> {
         }
         for t in 0..n {
             let values: [f64; ESTIMATES] = std::array::from_fn(|k| f64::from(estimates[k][t]));
-            let (mean, variance) = mean_and_variance(&values[..SETS]);
+            let (_, variance) = mean_and_variance(&values[..SETS]);
             let differences: [f64; SETS] = std::array::from_fn(|k| values[k] - values[SETS + k]);
             let (difference, its_variance) = mean_and_variance(&differences);
-            raw.lux[t] += mean as f32;
             raw.variance[t] = variance as f32;
             raw.mesh[t] = (difference * difference - its_variance) as f32;
             raw.between[t] = (between[0][t] - between[1][t]).abs();

@@ -101,6 +101,12 @@ impl Patches {
         DVec3::new(altitude.cos() * azimuth.sin(), altitude.cos() * azimuth.cos(), altitude.sin())
     }
 
+    /// Patch of a coarser division that holds the middle of each patch of this one; the ground goes to the ground.
+    #[must_use]
+    pub fn homes(&self, coarser: &Self) -> Vec<usize> {
+        (0..self.sky()).map(|p| coarser.of(self.middle(p))).chain([coarser.sky()]).collect()
+    }
+
     /// Directions spread evenly over a patch of the sky: `side²` of them.
     #[cfg(test)]
     fn within(&self, patch: usize, side: usize) -> impl Iterator<Item = DVec3> + '_ {
