@@ -80,7 +80,7 @@ fn of_grid(text: &mut String, grid: &GridYear) {
     let points = grid.metrics.points.iter().flatten().count();
     let _ = writeln!(text, "{} ({points} points, {} hours of presence)", grid.name, m.present_hours);
     let line = |text: &mut String, name: &str, value: String| {
-        let _ = writeln!(text, "  {name:<34} {value}");
+        let _ = writeln!(text, "  {name:<40} {value}");
     };
     let s = m.spatial_autonomy;
     line(text, "sDA300/50", format!("{:.1} % ± {:.1} %", percent(s.value), percent(s.error)));
@@ -98,9 +98,9 @@ fn of_grid(text: &mut String, grid: &GridYear) {
     let certain = if levels[1] == levels[2] { String::new() } else { format!(" ({} to {})", levels[1], levels[2]) };
     line(text, "EN 17037, by hours", format!("{}{certain}", levels[0]));
     line(text, "EN 17037, by daylight factor", m.en17037_factor.name().to_owned());
-    line(text, "LEED v4.1, option 1", format!("{} points", m.leed_points[0]));
+    line(text, "LEED v4.1, option 1", format!("{} of 3 points", m.leed_points[0]));
     if let Some(e) = &m.equinox {
-        line(text, "LEED v4.1, option 2", format!("{} points", e.leed_points));
+        line(text, "LEED v4.1, option 2", format!("{} of 3 points", e.leed_points));
     }
     line(text, "BREEAM HEA 01", if m.breeam { "met" } else { "not met" }.to_owned());
 }
