@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
-use super::{AnnualArgs, PatchCount, cpu, print, progress};
+use super::{AnnualArgs, PatchCount, print, progress};
 use crate::Result;
 use crate::annual::{self, AnnualOptions, GridYear, Year};
 use crate::measure::SolveOptions;
-use crate::report::{self, Provenance};
+use crate::report;
 use crate::scene::{self, Scene};
 
 /// Reads, computes the year, writes, and says what came out.
@@ -28,13 +28,7 @@ pub(super) fn run(args: &AnnualArgs) -> Result<ExitCode> {
         pool.install(|| annual::annual(&scene, &options, &*progress)).map_err(|e| e.in_file(&args.scene))?
     };
     warn(args, &year.record.warnings);
-    let provenance = Provenance {
-        version: env!("CARGO_PKG_VERSION").to_owned(),
-        command: std::env::args().collect(),
-        threads: pool.current_num_threads(),
-        cpu_s: cpu::seconds(),
-        wall_s: start.elapsed().as_secs_f64(),
-    };
+    let provenance = super::provenance(&pool, start);
     let folder = args.out.clone().unwrap_or_else(|| {
         Path::new("out").join(args.scene.file_stem().unwrap_or_else(|| "scene".as_ref())).join("annual")
     });

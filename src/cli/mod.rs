@@ -14,11 +14,13 @@ mod solve;
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::time::Instant;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::error::ErrorKind;
 use crate::measure::{Display, Method};
+use crate::report::Provenance;
 use crate::scene;
 use crate::{Error, Result};
 
@@ -339,6 +341,17 @@ fn pool(threads: Option<u32>) -> Result<rayon::ThreadPool> {
         .num_threads(count)
         .build()
         .map_err(|e| Error::new(ErrorKind::Internal, format!("no threads: {e}")))
+}
+
+/// How a run came about that began at `start`.
+fn provenance(pool: &rayon::ThreadPool, start: Instant) -> Provenance {
+    Provenance {
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        command: std::env::args().collect(),
+        threads: pool.current_num_threads(),
+        cpu_s: cpu::seconds(),
+        wall_s: start.elapsed().as_secs_f64(),
+    }
 }
 
 /// Prints an error and gives its exit code.

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
-use super::{MethodArg, SolveArgs, cpu, print, progress};
+use super::{MethodArg, SolveArgs, print, progress};
 use crate::measure::{self, Display, GridResult, Ledger, Measurement, SolveOptions, Status};
-use crate::report::{self, Provenance};
+use crate::report;
 use crate::scene::{self, Scene};
 use crate::{Error, Result};
 
@@ -35,13 +35,7 @@ pub(super) fn run(args: &SolveArgs) -> Result<ExitCode> {
     let remarks = measure::remarks(&scene, &measurement);
     measurement.record.warnings.extend(remarks);
     warn(args, &measurement.record.warnings);
-    let provenance = Provenance {
-        version: env!("CARGO_PKG_VERSION").to_owned(),
-        command: std::env::args().collect(),
-        threads: pool.current_num_threads(),
-        cpu_s: cpu::seconds(),
-        wall_s: start.elapsed().as_secs_f64(),
-    };
+    let provenance = super::provenance(&pool, start);
     let folder = folder(args);
     let mut files = pool.install(|| report::write_all(&folder, &scene, &measurement, args.spectral, &provenance))?;
     if let Some(dir) = &args.progressive {

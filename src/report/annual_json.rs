@@ -1,9 +1,10 @@
 //! `run.json` of a year, with the metrics of the tables.
 
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 use super::Provenance;
 use super::annual_tables::{FIGURES, OTHERS};
+use super::run_json::preface;
 use crate::annual::{GridYear, PointMetrics, Year};
 use crate::scene::Scene;
 
@@ -13,36 +14,18 @@ const SCHEMA: &str = "clerestory-annual/1";
 /// The record of a year: inputs with their hashes, what was chosen and why, what was left out, and the metrics.
 #[must_use]
 pub fn year_json(scene: &Scene, year: &Year, provenance: &Provenance) -> Value {
-    let record = &year.record;
-    let warnings: Vec<&String> = scene.warnings.iter().chain(&record.warnings).collect();
-    json!({
-        "schema": SCHEMA,
-        "program": "clerestory",
-        "version": provenance.version,
-        "command": provenance.command,
-        "threads": provenance.threads,
-        "cpu_s": provenance.cpu_s,
-        "wall_s": provenance.wall_s,
-        "title": scene.title,
-        "inputs": scene.inputs.iter().map(|f| json!({
-            "path": f.path.display().to_string(),
-            "sha256": f.sha256,
-        })).collect::<Vec<_>>(),
-        "weather": year.weather,
-        "latitude_deg": year.place.latitude_deg,
-        "longitude_deg": year.place.longitude_deg,
-        "utc_offset_h": year.utc_offset_h,
-        "hours": year.climate.total,
-        "hours_with_sun": year.climate.hours.len(),
-        "seed": record.seed,
-        "tolerance": record.tolerance,
-        "settings": record.settings,
-        "left_out": record.left_out,
-        "counts": record.counts.iter().map(|(k, v)| (k.clone(), json!(v))).collect::<Map<_, _>>(),
-        "timings_s": record.timings_s.iter().map(|(k, v)| (k.clone(), json!(v))).collect::<Map<_, _>>(),
-        "warnings": warnings,
-        "grids": year.grids.iter().map(grid).collect::<Vec<_>>(),
-    })
+    let mut object = preface(SCHEMA, scene, &year.record, provenance);
+    let own = [
+        ("weather", json!(year.weather)),
+        ("latitude_deg", json!(year.place.latitude_deg)),
+        ("longitude_deg", json!(year.place.longitude_deg)),
+        ("utc_offset_h", json!(year.utc_offset_h)),
+        ("hours", json!(year.climate.total)),
+        ("hours_with_sun", json!(year.climate.hours.len())),
+        ("grids", json!(year.grids.iter().map(grid).collect::<Vec<_>>())),
+    ];
+    object.extend(own.map(|(k, v)| (k.to_owned(), v)));
+    Value::Object(object)
 }
 
 fn grid(grid: &GridYear) -> Value {

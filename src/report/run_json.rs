@@ -4,7 +4,7 @@ use serde_json::{Map, Value, json};
 
 use super::Provenance;
 use super::table::{Statistics, Values};
-use crate::measure::{GridResult, Ledger, Measurement, ViewResult};
+use crate::measure::{GridResult, Ledger, Measurement, Record, ViewResult};
 use crate::scene::Scene;
 
 /// Version of the record's form.
@@ -14,35 +14,42 @@ const SCHEMA: &str = "clerestory-run/1";
 /// balance of energy, and how well each grid and view came out.
 #[must_use]
 pub fn run_json(scene: &Scene, m: &Measurement, provenance: &Provenance) -> Value {
-    let record = &m.record;
+    let mut object = preface(SCHEMA, scene, &m.record, provenance);
+    let own = [
+        ("method", json!(m.record.method)),
+        ("spectrum", spectrum(m)),
+        ("energy_balance", balance(m)),
+        ("bands", json!(bands(m))),
+        ("grids", json!(m.grids.iter().map(|g| grid(g, m.outdoor_lx)).collect::<Vec<_>>())),
+        ("views", json!(m.views.iter().map(view).collect::<Vec<_>>())),
+    ];
+    object.extend(own.map(|(k, v)| (k.to_owned(), v)));
+    Value::Object(object)
+}
+
+/// What every record begins with: how it came about, what was chosen and why, what was left out.
+pub(super) fn preface(schema: &str, scene: &Scene, record: &Record, provenance: &Provenance) -> Map<String, Value> {
     let warnings: Vec<&String> = scene.warnings.iter().chain(&record.warnings).collect();
-    json!({
-        "schema": SCHEMA,
-        "program": "clerestory",
-        "version": provenance.version,
-        "command": provenance.command,
-        "threads": provenance.threads,
-        "cpu_s": provenance.cpu_s,
-        "wall_s": provenance.wall_s,
-        "title": scene.title,
-        "inputs": scene.inputs.iter().map(|f| json!({
-            "path": f.path.display().to_string(),
-            "sha256": f.sha256,
-        })).collect::<Vec<_>>(),
-        "method": record.method,
-        "seed": record.seed,
-        "tolerance": record.tolerance,
-        "settings": record.settings,
-        "left_out": record.left_out,
-        "counts": object(record.counts.iter().map(|(k, v)| (k, json!(v)))),
-        "timings_s": object(record.timings_s.iter().map(|(k, v)| (k, json!(v)))),
-        "warnings": warnings,
-        "spectrum": spectrum(m),
-        "energy_balance": balance(m),
-        "bands": bands(m),
-        "grids": m.grids.iter().map(|g| grid(g, m.outdoor_lx)).collect::<Vec<_>>(),
-        "views": m.views.iter().map(view).collect::<Vec<_>>(),
-    })
+    let inputs = scene.inputs.iter().map(|f| json!({ "path": f.path.display().to_string(), "sha256": f.sha256 }));
+    let keys = [
+        ("schema", json!(schema)),
+        ("program", json!("clerestory")),
+        ("version", json!(provenance.version)),
+        ("command", json!(provenance.command)),
+        ("threads", json!(provenance.threads)),
+        ("cpu_s", json!(provenance.cpu_s)),
+        ("wall_s", json!(provenance.wall_s)),
+        ("title", json!(scene.title)),
+        ("inputs", inputs.collect()),
+        ("seed", json!(record.seed)),
+        ("tolerance", json!(record.tolerance)),
+        ("settings", json!(record.settings)),
+        ("left_out", json!(record.left_out)),
+        ("counts", object(record.counts.iter().map(|(k, v)| (k, json!(v))))),
+        ("timings_s", object(record.timings_s.iter().map(|(k, v)| (k, json!(v))))),
+        ("warnings", json!(warnings)),
+    ];
+    keys.map(|(k, v)| (k.to_owned(), v)).into_iter().collect()
 }
 
 /// How the spectrum is divided. The limits of nominal bands (RGB) only say where they lie: they have no edges.

@@ -180,17 +180,30 @@ pub(super) fn daylight(
     out: &mut [f64],
 ) -> u64 {
     let Some(light) = world.daylight() else { return 0 };
+    with_eye(world, (x, normal), sample, s, |eye, s| {
+        let mut rays = 0;
+        if parts == Parts::All {
+            let wanted = (light.sky.is_some(), light.ground_reflectance > 0.0);
+            let limit = s.limit;
+            rays += eye.look(wanted, s, &mut Totals { out, limit });
+        }
+        rays + eye.sun(s, out) + eye.mirrored_sun(s, out)
+    })
+}
+
+/// Looks from a point, through coloured panes where the buffers know the bands.
+fn with_eye<R>(
+    world: &World,
+    (x, normal): (DVec3, DVec3),
+    sample: u64,
+    s: &mut SkyScratch,
+    look: impl FnOnce(&Eye<'_>, &mut SkyScratch) -> R,
+) -> R {
     let coloured = s.coloured.take();
     let eye = Eye { world, speculars: coloured.as_ref().unwrap_or(world.greys()), x, normal, sample };
-    let mut rays = 0;
-    if parts == Parts::All {
-        let wanted = (light.sky.is_some(), light.ground_reflectance > 0.0);
-        let limit = s.limit;
-        rays += eye.look(wanted, s, &mut Totals { out, limit });
-    }
-    rays += eye.sun(s, out) + eye.mirrored_sun(s, out);
+    let found = look(&eye, s);
     s.coloured = coloured;
-    rays
+    found
 }
 
 /// Tells `visit` the directions in which a point sees sky and ground, finer than `width` radians. Returns rays that chance
@@ -203,12 +216,9 @@ pub fn visible_directions(
     scratch: &mut super::DirectScratch,
     visit: &mut dyn FnMut(Seen<'_>),
 ) -> u64 {
-    let s = &mut scratch.sky;
-    let coloured = s.coloured.take();
-    let eye = Eye { world, speculars: coloured.as_ref().unwrap_or(world.greys()), x, normal, sample };
-    let rays = eye.look((true, true), s, &mut Directions { width, count: 0, visit });
-    s.coloured = coloured;
-    rays
+    with_eye(world, (x, normal), sample, &mut scratch.sky, |eye, s| {
+        eye.look((true, true), s, &mut Directions { width, count: 0, visit })
+    })
 }
 
 /// Adds the factors of the sun's disc about `direction`, wherever the sun of the world stands, to those of daylight: see
@@ -221,12 +231,7 @@ pub fn sun_factor(
     scratch: &mut super::DirectScratch,
     out: &mut [f64],
 ) -> u64 {
-    let s = &mut scratch.sky;
-    let coloured = s.coloured.take();
-    let eye = Eye { world, speculars: coloured.as_ref().unwrap_or(world.greys()), x, normal, sample };
-    let rays = eye.sun_at(direction, s, out);
-    s.coloured = coloured;
-    rays
+    with_eye(world, (x, normal), sample, &mut scratch.sky, |eye, s| eye.sun_at(direction, s, out))
 }
 
 /// Which of the three lights are wanted.
