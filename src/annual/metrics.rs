@@ -279,7 +279,8 @@ fn half_of_daylight(series: &Series, i: usize, hours: &[usize]) -> [f64; 3] {
 fn grid(series: &Series, lit: &[(usize, PointMetrics, f64)], hours: &Hours<'_>, climate: &Climate) -> GridMetrics {
     let area: f64 = lit.iter().map(|l| l.2).sum();
     let share = |holds: &dyn Fn(&PointMetrics) -> bool| -> f64 {
-        lit.iter().filter(|l| holds(&l.1)).map(|l| l.2).sum::<f64>() / area
+        // An empty sum is minus zero.
+        (lit.iter().filter(|l| holds(&l.1)).map(|l| l.2).sum::<f64>() + 0.0) / area
     };
     let at = |f: Figure, end: usize| f.value + [0.0, -f.error, f.error][end];
     let spatial: [f64; 3] = std::array::from_fn(|end| share(&|p| at(p.autonomy, end) >= SPATIAL_SHARE));

@@ -229,6 +229,9 @@ fn describe(scene: &Scene, climate: &Climate, coefficients: &Coefficients, close
 
 fn read_weather(day: &Daytime, options: &AnnualOptions) -> Result<(PathBuf, Weather)> {
     if let Some(path) = &options.weather {
+        if !path.is_file() {
+            return Err(Error::malformed("no such file").mend("check the name").in_file(path));
+        }
         return Ok((path.clone(), Weather::read(path)?));
     }
     match day.site.as_ref().and_then(|s| s.weather.as_ref()) {

@@ -386,16 +386,9 @@ impl Task<'_> {
                         gatherer.trust = s.near.max(main.mesh.size);
                         for a in 0..REPLICAS {
                             // Each mesh is read by rays of its own: what one round took for noise, the next tells anew.
-                            let mesh = main.mesh.size.to_bits();
-                            let parts = [
-                                self.options.seed,
-                                stream::SENSOR,
-                                mesh,
-                                s.near.to_bits(),
-                                g as u64,
-                                i as u64,
-                                a as u64,
-                            ];
+                            let mesh = octave(main.mesh.size);
+                            let parts =
+                                [self.options.seed, stream::SENSOR, mesh, octave(s.near), g as u64, i as u64, a as u64];
                             let range = (s.done, s.wanted);
                             gatherer.gather(s.probe.position, s.probe.normal, seed(&parts), range, &mut s.sums[a]);
                         }
@@ -484,6 +477,11 @@ impl Task<'_> {
         grids.iter_mut().flatten().filter(|s| s.done > 0 && s.wanted > s.done).for_each(SensorState::remember_rays);
         Plan::Gather
     }
+}
+
+/// A length for seeds: the same for lengths that differ by rounding, so that a room moved far away keeps its rays.
+pub(super) fn octave(length: f64) -> u64 {
+    (8.0 * length.log2()).round() as i64 as u64
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]

@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::adaptive::{Adapted, Task, stream};
+use super::adaptive::{Adapted, Task, octave, stream};
 use super::gather::{Field, Found, Gatherer, REPLICAS, Solved};
 use super::probe::{Probe, hidden};
 use super::result::Status;
@@ -423,13 +423,13 @@ impl Task<'_> {
                 |(gatherer, sums, scratch), (i, s)| {
                     self.progress.advance(1);
                     gatherer.trust = s.near.max(adapted.main.mesh.size);
-                    let mesh = adapted.main.mesh.size.to_bits();
+                    let mesh = octave(adapted.main.mesh.size);
                     std::array::from_fn(|a| {
                         if s.probe.status != Status::Ok {
                             return Reads::default();
                         }
                         let own = self.options.seed;
-                        let parts = [own, stream::SENSOR, mesh, s.near.to_bits(), g as u64, i as u64, a as u64];
+                        let parts = [own, stream::SENSOR, mesh, octave(s.near), g as u64, i as u64, a as u64];
                         let rays = (s.probe.position, s.probe.normal, seed(&parts), s.done);
                         self.read(gatherer, rays, (patches, &blinds), weights, sums, scratch)
                     })
