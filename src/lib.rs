@@ -8,8 +8,8 @@
 //! |---|---|---|
 //! | [`spectrum`] | curves, RGB, lamp names | spectra, bands, colour |
 //! | [`scene`] | TOML, OBJ, CSV | a checked [`scene::Scene`] in metres, z up |
-//! | [`light`] | emitting faces, photometric files, sky | direct irradiance at a point |
 //! | [`mesh`] | faces | elements, made on demand, cut along contact lines |
+//! | [`light`] | emitting faces, photometric files, sky | direct irradiance at a point |
 //! | [`transport`] | scene, elements | who sees whom: rays, rows |
 //! | [`solve`] | rows, reflectances, direct light | radiosity of every element in every band |
 //! | [`measure`] | everything above, a tolerance | sensors and pixels, each with its error |

@@ -64,7 +64,7 @@ fn main() -> std::io::Result<()> {
             pool.cover.median_ratio()
         );
     }
-    std::fs::write(concat!(env!("CARGO_MANIFEST_DIR"), "/experiments/coverage/results.csv"), csv)
+    std::fs::write(std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("experiments/coverage/results.csv"), csv)
 }
 
 struct Pool {

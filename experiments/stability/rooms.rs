@@ -47,15 +47,7 @@ fn plates(out: &mut Table) {
 /// Two cubes of reflectance 0.9 joined by a hole: the dark one against the full matrix, and what was stated.
 fn pinhole(out: &mut Table) {
     for side in [0.1, 0.03, 0.01] {
-        let mut b = Build::new();
-        let (wall, ceiling) = (b.material(diffuse("wall", 0.9)), b.material(lit(diffuse("ceiling", 0.9), 1.0)));
-        b.room(DVec3::ZERO, DVec3::ONE, [wall, wall, wall, wall, wall, ceiling]);
-        b.room(DVec3::X, at(2.0, 1.0, 1.0), [wall; 6]);
-        b.0.faces.retain(|f| f.vertices.iter().any(|v| (v.x - 1.0).abs() > 1e-9));
-        let (lo, hi) = (0.5 - 0.5 * side, 0.5 + 0.5 * side);
-        for (y0, y1, z0, z1) in [(0.0, lo, 0.0, 1.0), (hi, 1.0, 0.0, 1.0), (lo, hi, 0.0, lo), (lo, hi, hi, 1.0)] {
-            b.rectangle(at(1.0, y0, z0), DVec3::Y * (y1 - y0), DVec3::Z * (z1 - z0), wall);
-        }
+        let mut b = Build::joined_by_a_hole(0.9, side);
         b.level("behind", at(1.2, 0.2, 0.5), at(1.8, 0.8, 0.5), 2);
         let exact = lux(&solve(&b.0, &classic(Method::FullMatrix, 6)));
         let runs = [

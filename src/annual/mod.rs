@@ -87,6 +87,9 @@ pub fn annual(scene: &Scene, options: &AnnualOptions, progress: &dyn Progress) -
     let mut warnings = Vec::new();
     let place = place(day, &weather, &mut warnings)?;
     let climate = Climate::new(&weather, place, day.north_deg).map_err(|e| e.in_file(&path))?;
+    if scene.blinds.is_empty() {
+        warnings.push("no [[blinds]]: all figures are of open windows; LM-83 has blinds run for its sDA".into());
+    }
     if climate.left_out > 0 {
         warnings.push(format!(
             "the weather leaves out {} of {} hours of the year: they count as dark",

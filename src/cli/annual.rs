@@ -15,16 +15,16 @@ use crate::scene::{self, Scene};
 /// Reads, computes the year, writes, and says what came out.
 pub(super) fn run(args: &AnnualArgs) -> Result<ExitCode> {
     let start = Instant::now();
-    let pool = super::pool(args.threads)?;
+    let pool = super::pool(args.run.threads)?;
     let scene = scene::load(&args.scene)?;
     warn(args, &scene.warnings);
     let options = AnnualOptions {
-        solve: SolveOptions { tolerance: args.tolerance, seed: args.seed, ..SolveOptions::default() },
+        solve: SolveOptions { tolerance: args.tolerance, seed: args.run.seed, ..SolveOptions::default() },
         weather: args.weather.clone(),
         parts: args.sky_patches.map(PatchCount::parts),
     };
     let year = {
-        let progress = progress::progress(args.quiet);
+        let progress = progress::progress(args.run.quiet);
         pool.install(|| annual::annual(&scene, &options, &*progress)).map_err(|e| e.in_file(&args.scene))?
     };
     warn(args, &year.record.warnings);
@@ -33,7 +33,7 @@ pub(super) fn run(args: &AnnualArgs) -> Result<ExitCode> {
         Path::new("out").join(args.scene.file_stem().unwrap_or_else(|| "scene".as_ref())).join("annual")
     });
     let files = pool.install(|| report::write_year(&folder, &scene, &year, &provenance))?;
-    if args.json {
+    if args.run.json {
         print(&format!("{:#}\n", report::year_json(&scene, &year, &provenance)))?;
     } else {
         print(&summary(&scene, &year, &files, start.elapsed().as_secs_f64()))?;
@@ -42,7 +42,7 @@ pub(super) fn run(args: &AnnualArgs) -> Result<ExitCode> {
 }
 
 fn warn(args: &AnnualArgs, warnings: &[String]) {
-    if !args.quiet {
+    if !args.run.quiet {
         warnings.iter().for_each(|w| progress::line(&format!("warning: {w}")));
     }
 }

@@ -96,6 +96,13 @@ struct SolveArgs {
     /// Paths per sensor; with --method path-tracing only.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     paths: Option<u64>,
+    #[command(flatten)]
+    run: RunArgs,
+}
+
+/// Arguments of every run.
+#[derive(Args, Debug)]
+struct RunArgs {
     /// Threads [default: all processors]. The results do not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     threads: Option<u32>,
@@ -132,18 +139,8 @@ struct AnnualArgs {
     /// Patches of the sky whose reflected light is told apart [default: from the tolerance].
     #[arg(long, value_enum, value_name = "N")]
     sky_patches: Option<PatchCount>,
-    /// Threads [default: all processors]. The results do not depend on it.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
-    threads: Option<u32>,
-    /// Seed of all random numbers.
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    seed: u64,
-    /// Print the run's record (run.json) instead of the table.
-    #[arg(long)]
-    json: bool,
-    /// No progress and no warnings.
-    #[arg(short, long)]
-    quiet: bool,
+    #[command(flatten)]
+    run: RunArgs,
 }
 
 /// Divisions of the sky.

@@ -20,7 +20,7 @@ const EXIT_NOT_HELD: u8 = 3;
 pub(super) fn run(args: &SolveArgs) -> Result<ExitCode> {
     check_method(args)?;
     let start = Instant::now();
-    let pool = super::pool(args.threads)?;
+    let pool = super::pool(args.run.threads)?;
     let scene = scene::load(&args.scene)?;
     if args.progressive.is_some() && scene.views.is_empty() {
         return Err(Error::malformed("--progressive writes pictures, and the scene has no view")
@@ -29,7 +29,7 @@ pub(super) fn run(args: &SolveArgs) -> Result<ExitCode> {
     }
     warn(args, &scene.warnings);
     let mut measurement = {
-        let progress = progress::progress(args.quiet);
+        let progress = progress::progress(args.run.quiet);
         pool.install(|| measure::solve(&scene, &options(args), &*progress)).map_err(|e| e.in_file(&args.scene))?
     };
     let remarks = measure::remarks(&scene, &measurement);
@@ -41,7 +41,7 @@ pub(super) fn run(args: &SolveArgs) -> Result<ExitCode> {
     if let Some(dir) = &args.progressive {
         files.extend(report::write_stages(dir, &scene, &measurement)?);
     }
-    if args.json {
+    if args.run.json {
         print(&format!("{:#}\n", report::run_json(&scene, &measurement, &provenance)))?;
     } else {
         print(&summary(&scene, &measurement, &files, provenance.wall_s))?;
@@ -73,7 +73,7 @@ fn options(args: &SolveArgs) -> SolveOptions {
         tolerance: args.tolerance,
         method: args.method.into(),
         spectral: args.spectral,
-        seed: args.seed,
+        seed: args.run.seed,
         paths: args.paths,
         patches: args.patches,
         shots: args.shots,
@@ -83,7 +83,7 @@ fn options(args: &SolveArgs) -> SolveOptions {
 }
 
 fn warn(args: &SolveArgs, warnings: &[String]) {
-    if !args.quiet {
+    if !args.run.quiet {
         for warning in warnings {
             progress::line(&format!("warning: {warning}"));
         }

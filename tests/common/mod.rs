@@ -107,6 +107,21 @@ impl Build {
         self.face(&[corner, corner + u, corner + u + v, corner + v], material)
     }
 
+    /// Two unit cubes of one reflectance side by side, joined by a square hole; the ceiling of the first gives 1 lm/m².
+    pub fn joined_by_a_hole(rho: f64, side: f64) -> Self {
+        let mut b = Self::new();
+        let (wall, ceiling) = (b.material(diffuse("wall", rho)), b.material(lit(diffuse("ceiling", rho), 1.0)));
+        b.room(DVec3::ZERO, DVec3::ONE, [wall, wall, wall, wall, wall, ceiling]);
+        b.room(DVec3::X, at(2.0, 1.0, 1.0), [wall; 6]);
+        // The wall between them is a frame about the hole.
+        b.0.faces.retain(|f| f.vertices.iter().any(|v| (v.x - 1.0).abs() > 1e-9));
+        let (lo, hi) = (0.5 - 0.5 * side, 0.5 + 0.5 * side);
+        for (y0, y1, z0, z1) in [(0.0, lo, 0.0, 1.0), (hi, 1.0, 0.0, 1.0), (lo, hi, 0.0, lo), (lo, hi, hi, 1.0)] {
+            b.rectangle(at(1.0, y0, z0), DVec3::Y * (y1 - y0), DVec3::Z * (z1 - z0), wall);
+        }
+        b
+    }
+
     /// Adds a closed box that is looked at from inside: x0, x1, y0, y1, floor, ceiling.
     pub fn room(&mut self, low: DVec3, high: DVec3, materials: [usize; 6]) -> &mut Self {
         for (mut vertices, m) in box_sides(low, high).into_iter().zip(materials) {

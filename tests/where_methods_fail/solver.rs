@@ -81,16 +81,7 @@ fn open_slots_pass_their_known_share_of_light_even_with_perfect_walls() {
 #[test]
 fn a_room_behind_a_small_hole_is_judged_honestly() {
     let (rho, side) = (0.9, 0.1);
-    let mut b = Build::new();
-    let (wall, ceiling) = (b.material(diffuse("wall", rho)), b.material(lit(diffuse("ceiling", rho), 1.0)));
-    b.room(DVec3::ZERO, DVec3::ONE, [wall, wall, wall, wall, wall, ceiling]);
-    b.room(DVec3::X, at(2.0, 1.0, 1.0), [wall; 6]);
-    // The wall between the rooms is a frame about a hole of 10 × 10 cm.
-    b.0.faces.retain(|f| f.vertices.iter().any(|v| (v.x - 1.0).abs() > 1e-9));
-    let (lo, hi) = (0.5 - 0.5 * side, 0.5 + 0.5 * side);
-    for (y0, y1, z0, z1) in [(0.0, lo, 0.0, 1.0), (hi, 1.0, 0.0, 1.0), (lo, hi, 0.0, lo), (lo, hi, hi, 1.0)] {
-        b.rectangle(at(1.0, y0, z0), DVec3::Y * (y1 - y0), DVec3::Z * (z1 - z0), wall);
-    }
+    let mut b = Build::joined_by_a_hole(rho, side);
     b.level("behind", at(1.0, 0.0, 0.0), at(2.0, 1.0, 0.0), 3);
     b.points("hole", &[(at(1.0, 0.5, 0.5), -DVec3::X), (at(1.0, 0.5, 0.5), DVec3::X)]);
     let m = solve(&b.0, &within(0.05));
@@ -314,15 +305,7 @@ fn what_is_not_shot_is_labelled() {
 fn every_room_behind_a_pinhole_is_solved_to_its_own_scale() {
     // Two cubes of 0.9 joined by a hole of 1 cm: two slow modes, and one room thousands of times as dark.
     let (rho, side) = (0.9, 0.01);
-    let mut b = Build::new();
-    let (wall, ceiling) = (b.material(diffuse("wall", rho)), b.material(lit(diffuse("ceiling", rho), 1.0)));
-    b.room(DVec3::ZERO, DVec3::ONE, [wall, wall, wall, wall, wall, ceiling]);
-    b.room(DVec3::X, at(2.0, 1.0, 1.0), [wall; 6]);
-    b.0.faces.retain(|f| f.vertices.iter().any(|v| (v.x - 1.0).abs() > 1e-9));
-    let (lo, hi) = (0.5 - 0.5 * side, 0.5 + 0.5 * side);
-    for (y0, y1, z0, z1) in [(0.0, lo, 0.0, 1.0), (hi, 1.0, 0.0, 1.0), (lo, hi, 0.0, lo), (lo, hi, hi, 1.0)] {
-        b.rectangle(at(1.0, y0, z0), DVec3::Y * (y1 - y0), DVec3::Z * (z1 - z0), wall);
-    }
+    let mut b = Build::joined_by_a_hole(rho, side);
     b.level("behind", at(1.2, 0.2, 0.5), at(1.8, 0.8, 0.5), 2);
     let by = |method| solve(&b.0, &SolveOptions { method, patches: Some(3), ..SolveOptions::default() });
     let exact = by(Method::FullMatrix);
