@@ -308,7 +308,7 @@ impl Task<'_> {
         let cells = area / self.first_size(reach).powi(2);
         let walks = ((WALKS_A_CELL * cells) as usize).clamp(FEWEST_WALKS, MOST_WALKS);
         let more = look(count..count.max((walks / sensors.len().max(1)) as u32));
-        let from_views = self.scene.views.iter().map(|v| super::view::demand(self.world, self.optics, v, self));
+        let from_views = self.scene.views.iter().map(|v| super::picture::demand(self.world, self.optics, v, self));
         let first: Vec<Landed> = from_sensors.into_iter().chain(more).chain(from_views).flatten().collect();
         let landings = self.walk(&first);
         let importance = Importance::new(landings.iter().map(|l| (l.0 as u32, l.2)).collect());

@@ -59,4 +59,13 @@ impl Camera {
             }
         }
     }
+    /// Angle between neighbouring pixels at a place of the picture, radians.
+    pub(super) fn pixel_angle(&self, x: f64, y: f64) -> f64 {
+        let at = |x: f64, y: f64| self.direction(x.clamp(0.0, self.width as f64), y);
+        let middle = (self.width as f64 * 0.5, self.height as f64 * 0.5);
+        let here = at(x, y).zip(at(x + if x < middle.0 { 1.0 } else { -1.0 }, y));
+        // Outside a fisheye's circle, where nothing is seen, any will do.
+        let (a, b) = here.unwrap_or((self.forward, self.forward));
+        a.cross(b).length()
+    }
 }

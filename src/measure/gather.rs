@@ -101,6 +101,8 @@ pub(super) struct SetSums {
     twin_xyz: Vec<f32>,
     /// Sums of squares of the mean over replicas: Y for every ray, bands for every fourth.
     square_y: f64,
+    /// Sum of Y over the rays of which the squares were summed, with their number.
+    squared_y: (f64, u32),
     square_bands: Vec<f64>,
     squared: u32,
     /// Y of rays that saw the sky in a mirror first, and of those that met the ground there or an outside surface first.
@@ -120,6 +122,7 @@ impl SetSums {
             main_xyz: vec![0.0; 4 * replicas],
             twin_xyz: vec![0.0; 4 * of_twin],
             square_y: 0.0,
+            squared_y: (0.0, 0),
             square_bands: vec![0.0; pad],
             squared: 0,
             seen_sky_y: 0.0,
@@ -167,6 +170,14 @@ impl SetSums {
         self.square_y / f64::from(self.rays.max(1))
     }
 
+    /// Variance of a ray's Y, where the squares of some rays alone were summed.
+    pub(super) fn variance_y(&self) -> f64 {
+        let (sum, count) = (self.squared_y.0, f64::from(self.squared_y.1.max(1)));
+        // Of a spectral run every fourth ray is in the mean square, with its weight.
+        let square = self.square_y / f64::from(SQUARES_EVERY) / count;
+        (square - (sum / count).powi(2)).max(0.0)
+    }
+
     /// Mean square of a ray's value in a band.
     pub(super) fn mean_square(&self, band: usize) -> f64 {
         self.square_bands[band] / f64::from(self.squared.max(1))
@@ -185,6 +196,8 @@ pub(super) struct Gatherer<'a> {
     rays: Vec<Ray>,
     hits: Vec<Hit>,
     pub(super) cast: u64,
+    /// Sum of the inverse distances to what the first rays met, in the program's frame.
+    pub(super) nearness: f64,
     /// Distance from which on a first landing may read its element, in the program's frame.
     pub(super) trust: f64,
     /// Rays of which the first landing was too near to trust the element.
@@ -233,6 +246,7 @@ impl<'a> Gatherer<'a> {
             rays: Vec::new(),
             hits: Vec::new(),
             cast: 0,
+            nearness: 0.0,
             trust: field.main.mesh.size,
             near: 0,
             first: First::Inside,
@@ -309,6 +323,8 @@ impl<'a> Gatherer<'a> {
             hits.resize(rays.len(), Hit { t: 0.0, surface: MISS });
             self.field.world.caster.closest_batch(&rays, &mut hits);
             self.cast += rays.len() as u64;
+            let met = hits.iter().filter(|h| h.surface != MISS && h.t > 0.0);
+            self.nearness += met.map(|h| 1.0 / f64::from(h.t)).sum::<f64>();
             for (i, (ray, hit)) in rays.iter().zip(&hits).enumerate() {
                 let k = from + i as u32;
                 let (end, plain) = self.trace(*ray, *hit, &points, k, stream);
@@ -367,6 +383,8 @@ impl<'a> Gatherer<'a> {
             sums.square_y += f64::from(y) * f64::from(y);
         } else if wants_squares {
             sums.square_y += f64::from(y) * f64::from(y) * f64::from(SQUARES_EVERY);
+            sums.squared_y.0 += f64::from(y);
+            sums.squared_y.1 += 1;
             if self.field.squares {
                 sums.squared += 1;
                 for (s, v) in sums.square_bands.iter_mut().zip(&self.value) {

@@ -13,12 +13,12 @@ mod glare;
 mod ledger;
 mod options;
 mod path_tracing;
+mod picture;
 mod probe;
 mod remarks;
 mod result;
 mod run;
 mod statement;
-mod view;
 
 pub use coefficients::{Coefficients, ESTIMATES, GridCoefficients, SunScratch};
 pub use options::{Display, Method, Progress, Silent, SolveOptions};

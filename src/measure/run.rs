@@ -12,7 +12,7 @@ use super::probe::hidden;
 use super::result::{
     BandValue, GridResult, Ledger, LeftOut, Measurement, Record, SensorResult, Setting, Status, ViewResult,
 };
-use super::{classic, glare, ledger, path_tracing, view};
+use super::{classic, glare, ledger, path_tracing, picture};
 use crate::error::{Error, Result};
 use crate::light::{Daylight, Emitter, Luminaire, Luminaires};
 use crate::scene::{MaterialKind, Scene};
@@ -240,10 +240,10 @@ fn by_radiosity(task: &Task<'_>, mut record: Record) -> Result<Measurement> {
     let mut views = Vec::new();
     for (number, v) in task.scene.views.iter().enumerate() {
         let start = Instant::now();
-        let (picture, rays) = view::paint(task, v, number, &adapted.main, &adapted.twin);
+        let (painted, rays) = picture::paint(task, v, number, &adapted.main, &adapted.twin);
         adapted.rays += rays;
         record.timings_s.push((format!("picture {}", v.name), start.elapsed().as_secs_f64()));
-        views.push(picture);
+        views.push(painted);
     }
     describe(task, &adapted, &mut record);
     record.left_out.extend(omissions(task));
@@ -409,7 +409,7 @@ fn by_path_tracing(task: &Task<'_>, mut record: Record) -> Measurement {
         .views
         .iter()
         .enumerate()
-        .map(|(number, v)| view::trace(task, v, number, paths.min(PIXEL_PATHS)))
+        .map(|(number, v)| picture::trace(task, v, number, paths.min(PIXEL_PATHS)))
         .collect();
     record.left_out.extend(omissions(task));
     record.counts.extend([("rays".into(), rays), ("paths_per_sensor".into(), paths)]);

@@ -1,0 +1,409 @@
+//! Pictures: exact direct light at every pixel; reflected light gathered at few places and fitted between them.
+
+mod judge;
+mod paths;
+mod records;
+mod sheets;
+mod sight;
+mod survey;
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use self::judge::{Noise, judge};
+use self::records::{Records, Shares};
+use self::sheets::Sheets;
+use self::sight::{Sight, add_background, look};
+use super::adaptive::Task;
+use super::camera::Camera;
+use super::gather::{Field, Gatherer, SetSums, Solved};
+use super::result::ViewResult;
+use super::statement::median;
+use crate::scene::View;
+use crate::transport::caster::{MISS, Ray};
+use crate::transport::points::{Points, seed};
+use crate::transport::{Optics, World};
+
+pub(super) use self::paths::trace;
+
+/// Samples across a pixel that holds an edge.
+const ACROSS: usize = 4;
+/// Neighbours that differ by more than this in luminance get the finer sampling.
+const CONTRAST: f32 = 0.1;
+/// Side of the squares of pixels that look for their records together.
+const TILE: usize = 16;
+/// Rays of a sample that no record is near to, as a share of a record's.
+const ALONE: f64 = 0.25;
+const STREAM: u64 = 7;
+
+/// Places that the pixels' gather rays land on, for the mesh to be made.
+pub(super) fn demand(world: &World, optics: &Optics, view: &View, task: &Task<'_>) -> Vec<(usize, bool, DVec2)> {
+    let camera = Camera::new(view, &world.surfaces.frame);
+    let step = 4;
+    (0..view.height.div_ceil(step))
+        .into_par_iter()
+        .flat_map_iter(|row| {
+            let mut found = Vec::new();
+            let mut sights = Vec::new();
+            for column in 0..view.width.div_ceil(step) {
+                let (x, y) = ((column * step) as f64 + 0.5, (row * step) as f64 + 0.5);
+                let Some(direction) = camera.direction(x, y) else { continue };
+                look(world, optics, Ray::new(camera.eye(), direction), &mut sights);
+                let points = Points::new(seed(&[task.options.seed, STREAM, row as u64, column as u64]));
+                for s in sights.iter().filter(|s| s.surface != MISS) {
+                    found.extend((0..4).filter_map(|k| task.landing(s.point, s.normal, &points, k)));
+                }
+            }
+            found
+        })
+        .collect()
+}
+
+/// Everything a picture needs.
+struct Painter<'a> {
+    task: &'a Task<'a>,
+    camera: Camera,
+    field: &'a Field<'a>,
+    noise: Noise,
+    stream: u64,
+}
+
+/// One plain pass: what the middle of every pixel sees, with its direct light.
+struct Base {
+    sights: Vec<Vec<Sight>>,
+    /// Irradiance without reflection at the first sight, by group.
+    direct: Vec<Vec<f64>>,
+    sheets: Sheets,
+}
+
+/// Makes one picture. Returns the rays it took too.
+pub(super) fn paint(task: &Task<'_>, view: &View, number: usize, main: &Solved, twin: &Solved) -> (ViewResult, u64) {
+    let camera = Camera::new(view, &task.world.surfaces.frame);
+    let stream = seed(&[task.options.seed, STREAM, 1 + number as u64]);
+    let judged = judge(task, &camera, main, twin, stream);
+    let mean = main.averaged(task.optics);
+    let field =
+        Field { world: task.world, optics: task.optics, main: &mean, twin: None, spectral: true, squares: false };
+    let painter = Painter { task, camera, field: &field, noise: judged.noise, stream };
+    let base = painter.base();
+    let (records, gathered) = painter.survey(&base);
+    task.progress.stage(&format!("picture {}: shade", view.name), camera.height as u64);
+    let plain = painter.shade(&base, &records);
+    let (radiance, more) = painter.smooth(&base, &records, plain);
+    let mut errors: Vec<f64> = judged
+        .places
+        .iter()
+        .zip(&judged.stated)
+        .filter(|(_, s)| s.value > 0.0)
+        .map(|(place, s)| s.error.hypot(painter.fitted(&base, &records, place) - s.value) / s.value)
+        .collect();
+    errors.sort_by(f64::total_cmp);
+    let n = task.optics.bands.len();
+    let result = ViewResult {
+        view: view.clone(),
+        xyz: radiance
+            .chunks_exact(task.optics.pad)
+            .map(|l| {
+                let bands: Vec<f64> = l[..n].iter().map(|x| f64::from(*x)).collect();
+                task.optics.bands.xyz(&bands).map(|x| x as f32)
+            })
+            .collect(),
+        radiance: radiance.chunks_exact(task.optics.pad).flat_map(|l| l[..n].iter().copied()).collect(),
+        error_median: median(errors.clone()),
+        error_p95: errors.get(errors.len() * 95 / 100).copied().unwrap_or(0.0),
+        stages: Vec::new(),
+    };
+    (result, judged.rays + gathered + more)
+}
+
+/// Records that the pixels of a tile may need, by sheet.
+type Near = Vec<(u32, Vec<u32>)>;
+
+/// Buffers of one thread.
+struct Brush<'a> {
+    gatherer: Gatherer<'a>,
+    shares: Shares,
+    reflected: Vec<f32>,
+    sights: Vec<Sight>,
+}
+
+impl<'a> Painter<'a> {
+    fn pixels(&self) -> usize {
+        self.camera.width * self.camera.height
+    }
+
+    fn brush(&self) -> Brush<'a> {
+        Brush {
+            gatherer: Gatherer::new(self.field),
+            shares: Shares::new(),
+            reflected: vec![0.0; self.task.optics.pad],
+            sights: Vec::new(),
+        }
+    }
+
+    fn base(&self) -> Base {
+        let (world, optics) = (self.task.world, self.task.optics);
+        let (sights, direct): (Vec<Vec<Sight>>, Vec<Vec<f64>>) = (0..self.pixels())
+            .into_par_iter()
+            .with_min_len(64)
+            .map_init(
+                || Gatherer::new(self.field),
+                |g, pixel| {
+                    let mut sights = Vec::new();
+                    let (x, y) = self.corner(pixel);
+                    if let Some(direction) = self.camera.direction(x + 0.5, y + 0.5) {
+                        look(world, optics, Ray::new(self.camera.eye(), direction), &mut sights);
+                    }
+                    let direct = sights
+                        .first()
+                        .filter(|s| s.surface != MISS)
+                        .map_or_else(Vec::new, |s| g.direct(s.point, s.normal, seed(&[self.stream, pixel as u64])));
+                    (sights, direct)
+                },
+            )
+            .unzip();
+        let sheets = Sheets::new(world, sights.iter().flatten());
+        Base { sights, direct, sheets }
+    }
+
+    /// Upper left corner of a pixel.
+    fn corner(&self, pixel: usize) -> (f64, f64) {
+        ((pixel % self.camera.width) as f64, (pixel / self.camera.width) as f64)
+    }
+
+    /// Pixels of a square of the picture.
+    fn tile(&self, tile: usize) -> impl Iterator<Item = usize> + '_ {
+        let (w, h) = (self.camera.width, self.camera.height);
+        let columns = w.div_ceil(TILE);
+        let (x, y) = (tile % columns * TILE, tile / columns * TILE);
+        (y..(y + TILE).min(h)).flat_map(move |j| (x..(x + TILE).min(w)).map(move |i| j * w + i))
+    }
+
+    fn tiles(&self) -> usize {
+        self.camera.width.div_ceil(TILE) * self.camera.height.div_ceil(TILE)
+    }
+
+    /// The records that the sights of a tile may need.
+    fn near(&self, base: &Base, records: &Records, tile: usize) -> Near {
+        let mut spans: Vec<(u32, DVec2, DVec2)> = Vec::new();
+        let sights = self.tile(tile).flat_map(|pixel| &base.sights[pixel]);
+        for (sheet, at) in sights.filter_map(|sight| base.sheets.place(sight)) {
+            match spans.iter_mut().find(|s| s.0 == sheet) {
+                Some((_, low, high)) => (*low, *high) = (low.min(at), high.max(at)),
+                None => spans.push((sheet, at, at)),
+            }
+        }
+        let found = |(sheet, low, high): &(u32, DVec2, DVec2)| {
+            (*sheet, records.near(*sheet, (*low + *high) * 0.5, low.distance(*high) * 0.5))
+        };
+        spans.iter().map(found).collect()
+    }
+
+    /// Reflected irradiance at a sight by band, into the brush: fitted, or gathered where no record is near.
+    fn reflected(
+        &self,
+        base: &Base,
+        records: &Records,
+        near: &Near,
+        sight: &Sight,
+        (stream, direct): (u64, &[f64]),
+        brush: &mut Brush<'_>,
+    ) {
+        if let Some((sheet, at)) = base.sheets.place(sight) {
+            let known = near.iter().find(|n| n.0 == sheet);
+            let own = if known.is_some() { Vec::new() } else { records.near(sheet, at, 0.0) };
+            if records.fit(known.map_or(&own, |n| &n.1), at, None, &mut brush.shares).is_some() {
+                records.light(&brush.shares, &mut brush.reflected);
+                return;
+            }
+        }
+        let gathered = self.gather(&mut brush.gatherer, sight, stream, direct, ALONE);
+        let bands = gathered.sums.bands(0, self.task.optics.pad, false);
+        brush.reflected.iter_mut().zip(bands).for_each(|(out, x)| *out = x as f32);
+    }
+
+    /// Illuminance that the picture has at a judged place, lx.
+    fn fitted(&self, base: &Base, records: &Records, place: &judge::Place) -> f64 {
+        let Some(sight) = base.sights[place.pixel].first() else { return 0.0 };
+        let direct = &base.direct[place.pixel];
+        let mut brush = self.brush();
+        self.reflected(base, records, &Near::new(), sight, (place.pixel as u64, direct), &mut brush);
+        let weights = &self.task.optics.xyz[1];
+        let reflected: f32 = brush.reflected.iter().zip(weights).map(|(l, w)| l * w).sum();
+        f64::from(reflected) + self.task.optics.xyz_of_direct(direct)[1]
+    }
+
+    /// Radiance of a sight from its irradiance, added to `out` with a weight.
+    fn radiance(&self, sight: &Sight, direct: &[f64], reflected: &[f32], weight: f32, out: &mut [f32]) {
+        let (world, optics) = (self.task.world, self.task.optics);
+        let (shares, emitted) = sight.leaving(world, optics);
+        for band in 0..optics.pad {
+            let arriving: f32 = reflected[band] + optics.direct_in_band(direct, band) as f32;
+            let leaving = shares[band] * arriving + emitted.map_or(0.0, |m| m[band]);
+            let left = sight.tint.as_ref().map_or(1.0, |t| t[band]);
+            out[band] += weight * left * leaving * std::f32::consts::FRAC_1_PI;
+        }
+    }
+
+    /// Adds what is seen along one ray; `first` is the direct light at its first sight, where known.
+    fn shine(
+        &self,
+        (base, records, near): (&Base, &Records, &Near),
+        (sights, first): (&[Sight], Option<&[f64]>),
+        (sample, weight): (u64, f32),
+        brush: &mut Brush<'_>,
+        out: &mut [f32],
+    ) {
+        for (k, sight) in sights.iter().enumerate() {
+            if sight.surface == MISS {
+                add_background(self.task.world, self.task.optics, sight, weight, out);
+                continue;
+            }
+            let stream = seed(&[self.stream, sample, k as u64]);
+            let own;
+            let direct = match first.filter(|_| k == 0) {
+                Some(direct) => direct,
+                None => {
+                    own = brush.gatherer.direct(sight.point, sight.normal, stream);
+                    &own
+                }
+            };
+            self.reflected(base, records, near, sight, (stream, direct), brush);
+            self.radiance(sight, direct, &brush.reflected, weight, out);
+        }
+    }
+
+    /// The picture with one sample in the middle of each pixel.
+    fn shade(&self, base: &Base, records: &Records) -> Vec<f32> {
+        let pad = self.task.optics.pad;
+        let tiles: Vec<Vec<f32>> = (0..self.tiles())
+            .into_par_iter()
+            .map_init(
+                || self.brush(),
+                |brush, tile| {
+                    let near = self.near(base, records, tile);
+                    let mut out = vec![0.0; self.tile(tile).count() * pad];
+                    for (pixel, out) in self.tile(tile).zip(out.chunks_exact_mut(pad)) {
+                        let seen = (&base.sights[pixel][..], Some(&base.direct[pixel][..]));
+                        self.shine((base, records, &near), seen, (pixel as u64, 1.0), brush, out);
+                    }
+                    if tile % self.camera.width.div_ceil(TILE) == 0 {
+                        self.task.progress.advance(TILE as u64);
+                    }
+                    out
+                },
+            )
+            .collect();
+        let mut picture = vec![0.0f32; self.pixels() * pad];
+        for (tile, values) in tiles.iter().enumerate() {
+            for (pixel, value) in self.tile(tile).zip(values.chunks_exact(pad)) {
+                picture[pixel * pad..(pixel + 1) * pad].copy_from_slice(value);
+            }
+        }
+        picture
+    }
+
+    /// Samples the pixels that hold an edge more finely.
+    fn smooth(&self, base: &Base, records: &Records, plain: Vec<f32>) -> (Vec<f32>, u64) {
+        let pad = self.task.optics.pad;
+        let y: Vec<f32> = plain
+            .par_chunks_exact(pad)
+            .map(|l| l.iter().zip(&self.task.optics.xyz[1]).map(|(l, w)| l * w).sum())
+            .collect();
+        let finer: Vec<Vec<(usize, Vec<f32>, u64)>> = (0..self.tiles())
+            .into_par_iter()
+            .map_init(
+                || self.brush(),
+                |brush, tile| {
+                    let edges: Vec<usize> = self.tile(tile).filter(|p| self.is_edge(*p, base, &y)).collect();
+                    if edges.is_empty() {
+                        return Vec::new();
+                    }
+                    let near = self.near(base, records, tile);
+                    let sample = |pixel: usize| {
+                        let before = brush.gatherer.cast + brush.gatherer.scratch.rays;
+                        let value = self.supersample(pixel, (base, records, &near), brush);
+                        (pixel, value, brush.gatherer.cast + brush.gatherer.scratch.rays - before)
+                    };
+                    edges.into_iter().map(sample).collect()
+                },
+            )
+            .collect();
+        let mut picture = plain;
+        let mut rays = 0;
+        for (pixel, value, cast) in finer.into_iter().flatten() {
+            picture[pixel * pad..(pixel + 1) * pad].copy_from_slice(&value);
+            rays += cast;
+        }
+        (picture, rays)
+    }
+
+    fn neighbours(&self, pixel: usize) -> impl Iterator<Item = usize> + '_ {
+        let (w, h) = (self.camera.width as isize, self.camera.height as isize);
+        let (x, y) = (pixel as isize % w, pixel as isize / w);
+        (-1..=1)
+            .flat_map(move |dy| (-1..=1).map(move |dx| (x + dx, y + dy)))
+            .filter_map(move |(x, y)| ((0..w).contains(&x) && (0..h).contains(&y)).then_some((y * w + x) as usize))
+    }
+
+    fn is_edge(&self, pixel: usize, base: &Base, y: &[f32]) -> bool {
+        let key = |p: usize| base.sights[p].first().map(|s| (s.surface, s.front, base.sights[p].len()));
+        let own = key(pixel);
+        self.neighbours(pixel).any(|p| {
+            let (a, b) = (y[pixel], y[p]);
+            (key(p) != own && (a != b)) || (a - b).abs() > CONTRAST * a.max(b)
+        })
+    }
+
+    fn supersample(&self, pixel: usize, light: (&Base, &Records, &Near), brush: &mut Brush<'_>) -> Vec<f32> {
+        let (world, optics) = (self.task.world, self.task.optics);
+        let mut out = vec![0.0; optics.pad];
+        let samples = ACROSS * ACROSS;
+        let mut sights = std::mem::take(&mut brush.sights);
+        for k in 0..samples {
+            let place = |j: usize| (j as f64 + 0.5) / ACROSS as f64;
+            let (x, y) = self.corner(pixel);
+            let Some(direction) = self.camera.direction(x + place(k % ACROSS), y + place(k / ACROSS)) else { continue };
+            look(world, optics, Ray::new(self.camera.eye(), direction), &mut sights);
+            let sample = seed(&[pixel as u64, 1 + k as u64]);
+            self.shine(light, (&sights, None), (sample, 1.0 / samples as f32), brush, &mut out);
+        }
+        brush.sights = sights;
+        out
+    }
+}
+
+/// What the rays of one place brought.
+struct Gathered {
+    sums: SetSums,
+    /// Mean of the inverse distances to what they met, in the program's frame.
+    nearness: f64,
+    /// Reflected and direct illuminance, lx.
+    reflected_y: f64,
+    direct_y: f64,
+}
+
+impl Painter<'_> {
+    /// Gathers reflected light at a sight, with a share of the rays that its noise asks for.
+    fn gather(&self, g: &mut Gatherer<'_>, sight: &Sight, stream: u64, direct: &[f64], share: f64) -> Gathered {
+        let optics = self.task.optics;
+        let mut sums = SetSums::new(optics.pad, 1, false);
+        let stream = seed(&[self.stream, 3, stream]);
+        let before = g.nearness;
+        g.gather(sight.point, sight.normal, stream, (0, judge::FIRST_RAYS / 2), &mut sums);
+        let mean = sums.xyz(0, optics, false)[1];
+        let direct_y = optics.xyz_of_direct(direct)[1];
+        let wanted = self.noise.rays(sums.variance_y(), mean + direct_y, share);
+        g.gather(sight.point, sight.normal, stream, (judge::FIRST_RAYS / 2, wanted), &mut sums);
+        let cast = f64::from(wanted.max(judge::FIRST_RAYS / 2));
+        let reflected_y = sums.xyz(0, optics, false)[1];
+        Gathered { nearness: (g.nearness - before) / cast, sums, reflected_y, direct_y }
+    }
+}
+
+/// Distance from the eye and cosine of a sight's plane against the view, for the size of a pixel there.
+fn seen_from(eye: DVec3, sight: &Sight) -> (f64, f64) {
+    let way = sight.point - eye;
+    let distance = way.length();
+    (distance, way.dot(sight.normal).abs() / distance.max(1e-300))
+}
