@@ -96,7 +96,8 @@ fn folder(args: &SolveArgs) -> PathBuf {
 }
 
 fn exit_code(m: &Measurement) -> ExitCode {
-    let held = m.grids.iter().map(GridLine::of).all(|line| line.ok == 0 || line.held() >= HOLDING);
+    let of_states = m.states.iter().filter(|s| s.held).flat_map(|s| &s.grids);
+    let held = m.grids.iter().chain(of_states).map(GridLine::of).all(|line| line.ok == 0 || line.held() >= HOLDING);
     if held { ExitCode::SUCCESS } else { ExitCode::from(EXIT_NOT_HELD) }
 }
 
@@ -179,7 +180,9 @@ fn table(text: &mut String, m: &Measurement) {
     if m.grids.is_empty() {
         return;
     }
-    let width = m.grids.iter().map(|g| g.name.chars().count()).max().unwrap_or(0).max(4);
+    let of_states = m.states.iter().flat_map(|s| s.grids.iter().map(|g| (format!("{}, {}", g.name, s.name), g)));
+    let grids: Vec<(String, &GridResult)> = m.grids.iter().map(|g| (g.name.clone(), g)).chain(of_states).collect();
+    let width = grids.iter().map(|g| g.0.chars().count()).max().unwrap_or(0).max(4);
     line(
         text,
         &format!(
@@ -187,10 +190,10 @@ fn table(text: &mut String, m: &Measurement) {
             "grid", "points", "mean lx", "min lx", "max lx", "error lx", "holding"
         ),
     );
-    for grid in &m.grids {
+    for (name, grid) in grids {
         let g = GridLine::of(grid);
         if g.ok == 0 {
-            line(text, &format!("{:<width$} {:>7} every point is covered or inside a solid", grid.name, 0));
+            line(text, &format!("{name:<width$} {:>7} every point is covered or inside a solid", 0));
             continue;
         }
         let [mean, min, max] = [g.mean, g.min, g.max].map(|v| figure(v, g.median_error));
@@ -198,8 +201,7 @@ fn table(text: &mut String, m: &Measurement) {
         line(
             text,
             &format!(
-                "{:<width$} {:>7} {mean:>10} {min:>10} {max:>10} {error:>10} {:>5.1} %",
-                grid.name,
+                "{name:<width$} {:>7} {mean:>10} {min:>10} {max:>10} {error:>10} {:>5.1} %",
                 g.ok,
                 100.0 * g.held()
             ),

@@ -68,6 +68,8 @@ pub struct Luminaires {
     pub list: Vec<Luminaire>,
     /// Spectra of one lumen, W/(nm lm).
     pub spectra: Vec<Spectrum>,
+    /// Group of lamps that those of each spectrum are dimmed with.
+    pub dimming: Vec<Option<String>>,
     /// What the user should know.
     pub warnings: Vec<String>,
     /// Names of the tables: file and line.
@@ -100,8 +102,10 @@ impl Luminaires {
             let factor = row.factor * tilt * row.flux_lm.map_or(1.0, |flux_lm| flux_lm / own);
             let web = Arc::new(photometry.web.scaled(factor));
             let unit = row.spectrum.scaled(1.0 / row.spectrum.luminous());
-            let group = all.spectra.iter().position(|s| *s == unit).unwrap_or_else(|| {
+            let known = all.spectra.iter().zip(&all.dimming).position(|(s, g)| *s == unit && *g == row.group);
+            let group = known.unwrap_or_else(|| {
                 all.spectra.push(unit);
+                all.dimming.push(row.group.clone());
                 all.spectra.len() - 1
             });
             let (flux_lm, peak_cd) = (web.flux_lm(), web.peak().0);

@@ -18,6 +18,7 @@ mod remarks;
 mod result;
 mod run;
 mod statement;
+mod states;
 mod view;
 
 pub use coefficients::{Coefficients, ESTIMATES, GridCoefficients, SunScratch};

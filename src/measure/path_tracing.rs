@@ -62,7 +62,7 @@ pub(super) fn emitter_odds(world: &World, optics: &Optics) -> Vec<(f64, f64)> {
     powers
         .into_iter()
         .map(|power| {
-            let own = power / total;
+            let own = if total > 0.0 { power / total } else { 0.0 }; // all may be off
             sum += own;
             (sum, own)
         })
@@ -327,7 +327,7 @@ impl Tracer<'_> {
         result.error_lx = half_width(&|b| optics.bands.xyz(b)[1]).1;
         result.xyz = optics.bands.xyz(&means.iter().map(|b| b.irradiance).collect::<Vec<_>>());
         let mean = |f: &dyn Fn(&Batch) -> f64| batches.iter().map(|b| f(b) / b.paths).sum::<f64>() / BATCHES as f64;
-        let part = |part| mean(&|b| optics.lux_of_direct(&b.direct, part));
+        let part = |part| mean(&|b| optics.lux_of_direct(&b.direct, &[1.0], part));
         let lux = |bands: &[f64]| optics.bands.xyz(&bands[..n])[1];
         let external = mean(&|b| lux(&b.external));
         result.direct_lx = part(LightPart::Lamps);

@@ -5,13 +5,16 @@ use std::time::Instant;
 
 use glam::DVec3;
 
-use super::adaptive::{Adapted, SensorState, Task, holding};
+use super::adaptive::{Adapted, Light, SensorState, Task};
 use super::coefficients::Coefficients;
+use super::gather::Solved;
 use super::options::{Method, Progress, SolveOptions};
 use super::probe::hidden;
 use super::result::{
-    BandValue, GridResult, Ledger, LeftOut, Measurement, Record, SensorResult, Setting, Status, ViewResult,
+    BandValue, GridResult, Ledger, LeftOut, Measurement, Record, SensorResult, Setting, StateResult, Status, ViewResult,
 };
+use super::statement::Stated;
+use super::states::{Channels, State};
 use super::{classic, glare, ledger, path_tracing, view};
 use crate::error::{Error, Result};
 use crate::light::{Daylight, Emitter, Luminaire, Luminaires};
@@ -43,7 +46,11 @@ pub fn solve(scene: &Scene, options: &SolveOptions, progress: &dyn Progress) -> 
     let (bands, why) = plan_bands(scene, daylight.as_ref(), &luminaires, options.tolerance)?;
     let (told, tables) = (luminaires.warnings.clone(), luminaires.tables.clone());
     let world = World::with_daylight(scene, daylight).hang(luminaires);
-    let optics = Optics::new(scene, &world, bands);
+    let channels = match options.method {
+        Method::Auto | Method::PathTracing => Channels::new(scene, &world),
+        _ => Channels::one(&world),
+    };
+    let optics = Optics::in_channels(scene, &world, bands, &channels.of_group);
     let mut record = Record {
         method: options.method.name().into(),
         seed: options.seed,
@@ -67,7 +74,10 @@ pub fn solve(scene: &Scene, options: &SolveOptions, progress: &dyn Progress) -> 
     record.warnings.extend(buried_lamps(scene, &world));
     record.warnings.extend(covered_luminaires(scene, &world, &tables));
     record.timings_s.push(("geometry".into(), start.elapsed().as_secs_f64()));
-    let task = Task { scene, world: &world, optics: &optics, options, progress };
+    if !scene.states.is_empty() && channels.states.is_empty() {
+        record.warnings.push("the classic methods tell nothing of the states of the lights".into());
+    }
+    let task = Task { scene, world: &world, optics: &optics, channels: &channels, options, progress };
     match options.method {
         Method::Auto => by_radiosity(&task, record),
         Method::PathTracing => Ok(by_path_tracing(&task, record)),
@@ -107,7 +117,8 @@ pub fn coefficients(
     if !(world.emitters.is_empty() && scene.luminaires.is_empty()) {
         record.warnings.push("a year is of daylight alone: the lamps of the scene are off".into());
     }
-    let task = Task { scene, world: &world, optics: &optics, options, progress };
+    let channels = Channels::one(&world);
+    let task = Task { scene, world: &world, optics: &optics, channels: &channels, options, progress };
     let mut adapted = task.refine()?;
     record.timings_s.append(&mut adapted.timings);
     describe(&task, &adapted, &mut record);
@@ -233,41 +244,63 @@ fn plan_bands(
 fn by_radiosity(task: &Task<'_>, mut record: Record) -> Result<Measurement> {
     let mut adapted = task.refine()?;
     let start = Instant::now();
-    let ledger = ledger::balance(task.world, task.optics, &adapted.main, task.options.tolerance, task.options.seed);
+    // Pictures and balance are of all light together.
+    let whole = (task.optics.channels() > 1).then(|| {
+        let optics = Optics::new(task.scene, task.world, task.optics.bands.clone());
+        let join = |solved: &Solved| solved.joined(task.optics, &optics);
+        (join(&adapted.main), join(&adapted.twin), optics)
+    });
+    let (main, twin, optics) =
+        whole.as_ref().map_or((&adapted.main, &adapted.twin, task.optics), |w| (&w.0, &w.1, &w.2));
+    let joined = Task { optics, ..*task };
+    let ledger = ledger::balance(task.world, optics, main, task.options.tolerance, task.options.seed);
     record.timings_s.append(&mut adapted.timings);
     record.timings_s.push(("energy balance".into(), start.elapsed().as_secs_f64()));
     check_ledger(&ledger, &mut record);
     let mut views = Vec::new();
     for (number, v) in task.scene.views.iter().enumerate() {
         let start = Instant::now();
-        let (picture, rays) = view::paint(task, v, number, &adapted.main, &adapted.twin);
+        let (picture, rays) = view::paint(&joined, v, number, main, twin);
         adapted.rays += rays;
         record.timings_s.push((format!("picture {}", v.name), start.elapsed().as_secs_f64()));
         views.push(picture);
     }
     describe(task, &adapted, &mut record);
     record.left_out.extend(omissions(task));
-    let grids: Vec<GridResult> = task
-        .scene
-        .grids
-        .iter()
-        .zip(&adapted.grids)
-        .map(|(grid, states)| GridResult {
-            name: grid.name.clone(),
-            layout: grid.layout.clone(),
-            holding: holding(states, task.options.tolerance),
-            sensors: grid.sensors.iter().zip(states).map(|(sensor, s)| reading(task, sensor, s)).collect(),
-        })
-        .collect();
+    let grids = grids(task, &adapted, |states| task.holding(states), |s| (s.light, s.y));
+    let of_state = |(k, state): (usize, &State)| StateResult {
+        name: state.name.clone(),
+        held: k < task.channels.held,
+        grids: self::grids(task, &adapted, |states| task.holding_in_state(states, k), |s| s.states[k]),
+    };
+    let states = task.channels.states.iter().enumerate().map(of_state).collect();
     Ok(Measurement {
         bands: task.optics.bands.clone(),
         glare: glare::ratings(task, &grids),
         grids,
+        states,
         views,
         outdoor_lx: outdoor_lx(task.world),
         ledger,
         record,
     })
+}
+
+/// What all grids read, in the state of the lights that `of` picks out.
+fn grids(
+    task: &Task<'_>,
+    adapted: &Adapted,
+    holding: impl Fn(&[SensorState]) -> usize,
+    of: impl Fn(&SensorState) -> (Light, Stated),
+) -> Vec<GridResult> {
+    let both = task.scene.grids.iter().zip(&adapted.grids);
+    both.map(|(grid, states)| GridResult {
+        name: grid.name.clone(),
+        layout: grid.layout.clone(),
+        holding: holding(states),
+        sensors: grid.sensors.iter().zip(states).map(|(sensor, s)| reading(sensor, s, of(s))).collect(),
+    })
+    .collect()
 }
 
 /// Horizontal illuminance under the whole sky, where it alone shines.
@@ -291,26 +324,24 @@ fn further_suns(task: &Task<'_>) -> Option<LeftOut> {
     let share = task.world.sun_images().bound(task.world, &task.optics.speculars)?;
     let mut face_on = vec![0.0; task.optics.columns()];
     face_on[task.optics.lamps + SUN] = 1.0;
-    let sun_lx = task.optics.lux_of_direct(&face_on, LightPart::Sun);
+    let sun_lx = task.optics.lux_of_direct(&face_on, &task.optics.full(), LightPart::Sun);
     Some(LeftOut {
         what: "sun by two and more reflections at mirrors and panes".into(),
         bound: format!("at most {:.3e} lx for each such image of the sun, where it falls", share * sun_lx),
     })
 }
 
-fn reading(task: &Task<'_>, sensor: &crate::scene::Sensor, s: &SensorState) -> SensorResult {
+fn reading(sensor: &crate::scene::Sensor, s: &SensorState, (light, y): (Light, Stated)) -> SensorResult {
     let mut result = SensorResult::new(sensor, s.probe.status);
     if s.probe.status == Status::Ok {
-        result.xyz = s.xyz;
-        result.error_lx = s.y.error;
-        result.direct_lx = s.direct_y;
-        result.sun_lx = s.sun_y;
-        result.sky_lx = s.sky_y;
-        result.external_lx = s.external_y;
-        result.reflected_lx = s.reflected_y;
-        if task.options.spectral {
-            result.spectral = s.bands.iter().map(|b| BandValue { irradiance: b.value, error: b.error }).collect();
-        }
+        result.xyz = light.xyz;
+        result.error_lx = y.error;
+        result.direct_lx = light.direct_y;
+        result.sun_lx = light.sun_y;
+        result.sky_lx = light.sky_y;
+        result.external_lx = light.external_y;
+        result.reflected_lx = light.reflected_y;
+        result.spectral = s.bands.iter().map(|b| BandValue { irradiance: b.value, error: b.error }).collect();
     }
     result
 }
@@ -350,7 +381,7 @@ fn describe(task: &Task<'_>, a: &Adapted, record: &mut Record) {
     });
     for (grid, states) in task.scene.grids.iter().zip(&a.grids) {
         let lit = states.iter().filter(|s| s.probe.status == Status::Ok).count();
-        let held = holding(states, task.options.tolerance);
+        let held = task.holding(states);
         if (held as f64) < super::adaptive::HOLD * lit as f64 {
             record.warnings.push(format!(
                 "grid {:?}: {held} of {lit} points hold the tolerance; the rest would need more elements or rays than this version takes, and their error says so",
@@ -391,25 +422,22 @@ fn by_path_tracing(task: &Task<'_>, mut record: Record) -> Measurement {
         value: paths.to_string(),
         why: if task.options.paths.is_some() { "as asked" } else { "from the tolerance" }.into(),
     });
-    let mut rays = 0;
-    let mut grids = Vec::new();
-    for (g, grid) in task.scene.grids.iter().enumerate() {
-        let start = Instant::now();
-        task.progress.stage(&format!("paths from grid {}", grid.name), grid.sensors.len() as u64);
-        let stream = seed(&[task.options.seed, 9, g as u64]);
-        let (mut result, cast) =
-            path_tracing::grid(task.world, task.optics, grid, stream, paths, task.options.spectral, task.progress);
-        result.holding = count_holding(&result, task.options.tolerance);
-        rays += cast;
-        record.timings_s.push((format!("grid {}", grid.name), start.elapsed().as_secs_f64()));
-        grids.push(result);
+    let whole = Optics::new(task.scene, task.world, task.optics.bands.clone());
+    let (grids, mut rays) = traced(task, &whole, paths, "", &mut record);
+    let mut states = Vec::new();
+    for (k, state) in task.channels.states.iter().enumerate() {
+        let levels: Vec<f64> = task.channels.of_group.iter().map(|channel| state.levels[*channel]).collect();
+        let (grids, more) = traced(task, &whole.dimmed(&levels), paths, &state.name, &mut record);
+        rays += more;
+        states.push(StateResult { name: state.name.clone(), held: k < task.channels.held, grids });
     }
+    let joined = Task { optics: &whole, ..*task };
     let views: Vec<ViewResult> = task
         .scene
         .views
         .iter()
         .enumerate()
-        .map(|(number, v)| view::trace(task, v, number, paths.min(PIXEL_PATHS)))
+        .map(|(number, v)| view::trace(&joined, v, number, paths.min(PIXEL_PATHS)))
         .collect();
     record.left_out.extend(omissions(task));
     record.counts.extend([("rays".into(), rays), ("paths_per_sensor".into(), paths)]);
@@ -417,11 +445,31 @@ fn by_path_tracing(task: &Task<'_>, mut record: Record) -> Measurement {
         bands: task.optics.bands.clone(),
         glare: glare::ratings(task, &grids),
         grids,
+        states,
         views,
         outdoor_lx: outdoor_lx(task.world),
         ledger: Ledger::default(),
         record,
     }
+}
+
+/// All grids by path tracing in one state of the lights, and the rays cast.
+fn traced(task: &Task<'_>, optics: &Optics, paths: u64, state: &str, record: &mut Record) -> (Vec<GridResult>, u64) {
+    let mut rays = 0;
+    let mut grids = Vec::new();
+    for (g, grid) in task.scene.grids.iter().enumerate() {
+        let start = Instant::now();
+        let name = format!("grid {} {state}", grid.name);
+        task.progress.stage(&format!("paths from {}", name.trim_end()), grid.sensors.len() as u64);
+        let stream = seed(&[task.options.seed, 9, g as u64]);
+        let (mut result, cast) =
+            path_tracing::grid(task.world, optics, grid, stream, paths, task.options.spectral, task.progress);
+        result.holding = count_holding(&result, task.options.tolerance);
+        rays += cast;
+        record.timings_s.push((name.trim_end().into(), start.elapsed().as_secs_f64()));
+        grids.push(result);
+    }
+    (grids, rays)
 }
 
 /// Sensors whose half-widths hold the tolerance, in lux and in every band reported.

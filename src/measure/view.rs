@@ -271,19 +271,19 @@ fn read_all(
 fn read(task: &Task<'_>, g: &mut Gatherer<'_>, x: DVec3, normal: DVec3, stream: u64, set: u32) -> Readings {
     let optics = task.optics;
     let factors = g.direct(x, normal, stream);
-    let direct = optics.xyz_of_direct(&factors)[1];
+    let direct = optics.xyz_of_direct(&factors, &[1.0])[1];
     let mut reading = Readings { naive: 0.0, ..Readings::default() };
     let (mut mean, mut square) = (0.0, 0.0);
     for a in 0..REPLICAS {
-        let mut sums = SetSums::new(optics.pad, REPLICAS, true);
+        let mut sums = SetSums::new(optics, REPLICAS, true);
         g.gather(x, normal, seed(&[stream, a as u64]), (0, set), &mut sums);
         for b in 0..REPLICAS {
-            let reflected = sums.xyz(b, optics, false)[1];
+            let reflected = sums.xyz(b, optics, &[1.0], false)[1];
             reading.main[a][b] = direct + reflected;
-            reading.twin[a][b] = direct + sums.xyz(b, optics, true)[1];
+            reading.twin[a][b] = direct + sums.xyz(b, optics, &[1.0], true)[1];
             mean += reflected / (REPLICAS * REPLICAS) as f64;
         }
-        square += sums.mean_square_y() / REPLICAS as f64;
+        square += sums.mean_square_y(&[1.0]) / REPLICAS as f64;
     }
     reading.naive = (square - mean * mean).max(0.0) / f64::from(set * REPLICAS as u32);
     reading
@@ -386,13 +386,13 @@ impl Painter<'_> {
     /// are averaged with others.
     fn gather(&self, g: &mut Gatherer<'_>, sight: &Sight, stream: u64, direct: &[f64], share: f64) -> Vec<f32> {
         let optics = self.task.optics;
-        let mut sums = SetSums::new(optics.pad, 1, false);
+        let mut sums = SetSums::new(optics, 1, false);
         let stream = seed(&[self.stream, 3, stream]);
         let first = (f64::from(FIRST_RAYS) * share) as u32;
         g.gather(sight.point, sight.normal, stream, (0, first), &mut sums);
-        let mean = sums.xyz(0, optics, false)[1];
-        let variance = sums.mean_square_y() - mean * mean;
-        let wanted = self.noise.rays(variance, mean + optics.xyz_of_direct(direct)[1]);
+        let mean = sums.xyz(0, optics, &[1.0], false)[1];
+        let variance = sums.mean_square_y(&[1.0]) - mean * mean;
+        let wanted = self.noise.rays(variance, mean + optics.xyz_of_direct(direct, &[1.0])[1]);
         let wanted = (f64::from(wanted) * share) as u32;
         g.gather(sight.point, sight.normal, stream, (first, wanted.max(first)), &mut sums);
         sums.bands(0, optics.pad, false).map(|x| x as f32).collect()
@@ -594,7 +594,7 @@ impl Cell<'_, '_, '_> {
         let middle = self.value(x + size / 2, y + size / 2);
         let optics = self.painter.task.optics;
         let luminous = |v: &[f32]| v.iter().zip(&optics.xyz[1]).map(|(v, w)| f64::from(v * w)).sum::<f64>();
-        let direct = optics.xyz_of_direct(&self.base.direct[(y + size / 2) * w + x + size / 2])[1];
+        let direct = optics.xyz_of_direct(&self.base.direct[(y + size / 2) * w + x + size / 2], &[1.0])[1];
         let mean = corners.iter().map(|c| luminous(c)).sum::<f64>() / 4.0;
         let here = luminous(&middle);
         // The difference holds the noise of both sides as well.

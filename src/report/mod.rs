@@ -93,6 +93,9 @@ pub fn write_all(
     };
     write("illuminance.csv", table::illuminance(scene, m)?)?;
     write("summary.csv", table::summary(m)?)?;
+    if !m.states.is_empty() {
+        write("states.csv", table::states(scene, m)?)?;
+    }
     if spectral && m.bands.is_spectral() {
         write("irradiance.csv", table::irradiance(m)?)?;
     }

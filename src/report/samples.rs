@@ -18,7 +18,7 @@ pub(super) fn scene() -> Scene {
             name: "lamp".into(),
             kind: MaterialKind::Mirror { reflectance: SpectralValue::Grey(0.0) },
             // The lamp of `view`.
-            emission: Some(Emission { radiance: d65.scaled(6000.0 / d65.luminous()), two_sided: false }),
+            emission: Some(Emission { radiance: d65.scaled(6000.0 / d65.luminous()), two_sided: false, group: None }),
             outside: false,
         }],
         bands: BandMode::Auto,
@@ -27,6 +27,7 @@ pub(super) fn scene() -> Scene {
         daytime: None,
         luminaires: Vec::new(),
         observers: Vec::new(),
+        states: Vec::new(),
         occupancy: Default::default(),
         blinds: Vec::new(),
         axes: Axes::ZUp,
@@ -136,6 +137,7 @@ pub(super) fn measurement(mode: &BandMode) -> Measurement {
         views: vec![view("camera", 96, 64, n)],
         bands,
         grids: vec![grid("workplane", 16, 24, [3.5, 5.5])],
+        states: Vec::new(),
         outdoor_lx: Some(10_000.0),
         glare: Vec::new(),
         ledger: Ledger {

@@ -13,6 +13,7 @@ use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{Error as _, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
+use super::dimming::StateDef;
 use super::luminaire::LuminaireDef;
 use super::sky::{SiteDef, SkyDef};
 use super::suggest;
@@ -110,6 +111,9 @@ pub(crate) struct SceneFile {
     /// Luminaires: photometric files and where they hang.
     #[serde(default)]
     pub(crate) luminaires: Vec<At<LuminaireDef>>,
+    /// States of the lights, reported beside the scene as it stands.
+    #[serde(default)]
+    pub(crate) states: Vec<At<StateDef>>,
     /// What a year of daylight is judged by.
     pub(crate) annual: Option<At<AnnualDef>>,
     /// Blinds before windows, for a year of daylight.
@@ -320,6 +324,8 @@ pub(crate) struct EmissionDef {
     /// Emit from the back as well.
     #[serde(default)]
     pub(crate) two_sided: bool,
+    /// Group of lamps that the states dim together.
+    pub(crate) group: Option<String>,
 }
 
 /// An illuminant name, a colour temperature in K, or a CSV file of relative values.

@@ -9,7 +9,7 @@ use sha2::{Digest, Sha256};
 use super::faces::{self, Drawn, Names, Place};
 use super::file::{self, At, BandsDef, DivisionDef, Kind, ModeDef, ModeName, SceneFile, Source, Up};
 use super::obj::{self, Obj};
-use super::{Axes, Face, InputFile, Scene, grid, luminaire, material, shells, sky, suggest, usage, view};
+use super::{Axes, Face, InputFile, Scene, dimming, grid, luminaire, material, shells, sky, suggest, usage, view};
 use crate::error::ErrorKind;
 use crate::spectrum::BandMode;
 use crate::{Error, Result};
@@ -53,6 +53,7 @@ pub fn load(path: &Path) -> Result<Scene> {
     }
     let north_deg = file.geometry.value.north_deg.as_ref().map_or(0.0, |n| n.value);
     let daytime = sky::resolve(&mut files, file.sky.as_ref(), file.site.as_ref(), north_deg)?;
+    let states = dimming::resolve(&files, &file)?;
     let occupancy = usage::occupancy(&mut files, file.annual.as_ref())?;
     let blinds = usage::blinds(&mut files, &file.blinds, &materials, &drawing.objects)?;
     let title = file.title.unwrap_or_else(|| stem(path));
@@ -67,6 +68,7 @@ pub fn load(path: &Path) -> Result<Scene> {
         daytime,
         luminaires,
         observers: (0..file.grids.len()).filter(|g| file.grids[*g].value.ugr).collect(),
+        states,
         occupancy,
         blinds,
         axes,

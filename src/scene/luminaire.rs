@@ -44,6 +44,15 @@ pub(crate) struct LuminaireDef {
     rows: Option<At<u32>>,
     /// From one row to the next, m.
     row_spacing_m: Option<At<[f64; 3]>>,
+    /// Group of lamps that the states dim together.
+    group: Option<String>,
+}
+
+impl LuminaireDef {
+    /// Group of lamps.
+    pub(crate) fn group(&self) -> Option<&str> {
+        self.group.as_deref()
+    }
 }
 
 /// Luminaires of one kind, hung alike.
@@ -63,6 +72,8 @@ pub struct LuminaireRow {
     pub factor: f64,
     /// Relative spectrum.
     pub spectrum: Spectrum,
+    /// Group of lamps that it is dimmed with.
+    pub group: Option<String>,
     /// Line of the table in the scene file.
     pub line: usize,
 }
@@ -114,6 +125,7 @@ pub(crate) fn resolve(files: &mut Files<'_>, axes: Axes, def: &At<LuminaireDef>)
         flux_lm,
         factor,
         spectrum,
+        group: d.group.clone(),
         line: source.line(def.offset),
     })
 }

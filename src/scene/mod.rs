@@ -9,6 +9,7 @@ pub mod bsdf;
 pub mod check;
 #[cfg(test)]
 mod check_tests;
+mod dimming;
 mod faces;
 mod file;
 mod glazing;
@@ -32,6 +33,7 @@ use std::path::PathBuf;
 use glam::DVec3;
 
 pub use check::{Diagnostic, Severity, check};
+pub use dimming::{DAYLIGHT, ELECTRIC, LightState};
 pub use file::json_schema;
 pub use load::load;
 pub use luminaire::LuminaireRow;
@@ -72,6 +74,8 @@ pub struct Scene {
     pub daytime: Option<Daytime>,
     /// Luminaires, table by table.
     pub luminaires: Vec<LuminaireRow>,
+    /// States of the lights that are reported beside the scene as it stands.
+    pub states: Vec<LightState>,
     /// Hours of presence, for a year of daylight.
     pub occupancy: Occupancy,
     /// Blinds before windows, for a year of daylight.
@@ -236,6 +240,8 @@ pub struct Emission {
     pub radiance: Spectrum,
     /// Emits from the back as well as from the front.
     pub two_sided: bool,
+    /// Group of lamps that it is dimmed with.
+    pub group: Option<String>,
 }
 
 /// Points at which illuminance is asked.

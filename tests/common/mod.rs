@@ -55,7 +55,7 @@ pub fn glazed(count: usize, transmittance: SpectralValue) -> Material {
 /// Light of equal energy with an exitance in lm/m².
 pub fn white(exitance: f64) -> Emission {
     let per_unit = std::f64::consts::PI * Spectrum::constant(1.0).luminous();
-    Emission { radiance: Spectrum::constant(exitance / per_unit), two_sided: false }
+    Emission { radiance: Spectrum::constant(exitance / per_unit), two_sided: false, group: None }
 }
 
 /// The material, emitting an exitance in lm/m² from its front.
@@ -82,6 +82,7 @@ impl Build {
             daytime: None,
             luminaires: Vec::new(),
             observers: Vec::new(),
+            states: Vec::new(),
             occupancy: Default::default(),
             blinds: Vec::new(),
             axes: Axes::ZUp,
