@@ -132,6 +132,7 @@ fn hall() -> Scene {
         views: Vec::new(),
         daytime: None,
         luminaires: Vec::new(),
+        modelling: Vec::new(),
         observers: Vec::new(),
         states: Vec::new(),
         occupancy: Default::default(),

@@ -211,6 +211,25 @@ fn states_of_luminaires_are_written() {
 }
 
 #[test]
+fn cylinders_stand_at_the_points_of_a_grid_that_asks_for_them() {
+    let (output, dir) = run("[[grids]]\nname = \"faces\"\non = \"floor\"\nspacing_m = 1.0\nheight_m = 1.2\n\
+         cylindrical = true\nsemicylindrical = [0, -1, 0]\n");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let read = |name: &str| std::fs::read_to_string(dir.path().join("out").join(name)).expect("written");
+    let names: Vec<String> =
+        read("summary.csv").lines().skip(1).map(|l| l.split(',').next().expect("a name").to_owned()).collect();
+    assert_eq!(names, ["floor", "faces", "faces_cylindrical", "faces_semicylindrical"]);
+    let text = read("modelling.csv");
+    let lines: Vec<Vec<&str>> = text.lines().skip(1).map(|l| l.split(',').collect()).collect();
+    assert_eq!(lines.len(), 12);
+    for l in lines {
+        let v: Vec<f64> = l[2..].iter().map(|x| x.parse().expect("a number")).collect();
+        assert_ratio(v[4], v[2] / v[0], 1e-12, "modelling ratio");
+        assert!(v[5] > 0.0 && v[5] < 0.1 * v[4]);
+    }
+}
+
+#[test]
 fn states_that_cannot_be_are_named() {
     for (toml, words) in [
         ("[[states]]\nname = \"a\"\nlevels = { lefd = 1 }\n", ["s.toml:", "did you mean `left`?"]),

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use super::gather::{Field, Gatherer, REPLICAS, SetSums, Solved};
 use super::options::{Progress, SolveOptions};
 use super::probe::Probe;
+use super::receiver::Facing;
 use super::result::Status;
 use super::statement::{Memory, Readings, Stated, state};
 use super::states::Channels;
@@ -17,9 +18,7 @@ use crate::scene::{Grid, Scene};
 use crate::solve;
 use crate::transport::caster::Ray;
 use crate::transport::points::{Points, seed};
-use crate::transport::{
-    DirectScratch, Fork, Landing, LightPart, Optics, RowSettings, Rows, Tint, World, cosine_direction, follow,
-};
+use crate::transport::{DirectScratch, Fork, Landing, LightPart, Optics, RowSettings, Rows, Tint, World, follow};
 
 /// Rays of an element, over all replicas: refined by size, never by more rays.
 const ROW_RAYS: usize = 32;
@@ -232,14 +231,14 @@ impl Task<'_> {
                 .map_init(
                     || DirectScratch::for_tolerance(self.options.tolerance).in_bands(self.optics),
                     |scratch, (i, sensor)| {
-                        let probe = Probe::new(world, sensor);
+                        let probe = Probe::new(world, sensor, grid.receiver);
                         let mut direct = Vec::new();
                         if probe.status == Status::Ok {
                             for a in 0..REPLICAS {
                                 let sample = seed(&[self.options.seed, stream::SHADOW, g as u64, i as u64, a as u64]);
                                 let mut f = vec![0.0; self.optics.columns()];
                                 let before = scratch.rays;
-                                crate::transport::direct(world, probe.position, probe.normal, sample, scratch, &mut f);
+                                probe.facing.direct(world, probe.position, sample, scratch, &mut f);
                                 direct.push(f);
                                 if scratch.rays == before {
                                     break; // exact
@@ -299,7 +298,7 @@ impl Task<'_> {
         let look = |rays: std::ops::Range<u32>| -> Vec<Vec<Landed>> {
             let from = |(i, p): (usize, &&Probe)| {
                 let points = Points::new(seed(&[self.options.seed, stream::SENSOR, i as u64]));
-                rays.clone().filter_map(|k| self.landing(p.position, p.normal, &points, k)).collect()
+                rays.clone().filter_map(|k| self.landing(p.position, p.facing, &points, k)).collect()
             };
             sensors.par_iter().enumerate().map(from).collect()
         };
@@ -342,7 +341,7 @@ impl Task<'_> {
                     }
                     let normal = surface.side_normal(at.1 != scatter.passes);
                     let x = self.world.lift(surface.point(at.2), normal);
-                    let Some(next) = self.landing(x, normal, &points, bounce) else { break };
+                    let Some(next) = self.landing(x, normal.into(), &points, bounce) else { break };
                     at = next;
                     list.push(at);
                 }
@@ -353,9 +352,9 @@ impl Task<'_> {
     }
 
     /// Where a gather ray lands.
-    pub(super) fn landing(&self, x: glam::DVec3, normal: glam::DVec3, points: &Points, k: u32) -> Option<Landed> {
+    pub(super) fn landing(&self, x: glam::DVec3, facing: Facing, points: &Points, k: u32) -> Option<Landed> {
         let (a, b) = points.pair(k, 0);
-        let ray = Ray::new(x, cosine_direction(normal, a, b));
+        let ray = Ray::new(x, facing.direction(a, b));
         let hit = self.world.caster.closest(&ray);
         let mut tint = Tint::new(self.optics.pad);
         match follow(self.world, self.optics, ray, hit, Fork::Chance(0.5), &mut tint, &mut 0) {
@@ -396,7 +395,7 @@ impl Task<'_> {
                             let parts =
                                 [self.options.seed, stream::SENSOR, mesh, octave(s.near), g as u64, i as u64, a as u64];
                             let range = (s.done, s.wanted);
-                            gatherer.gather(s.probe.position, s.probe.normal, seed(&parts), range, &mut s.sums[a]);
+                            gatherer.gather(s.probe.position, s.probe.facing, seed(&parts), range, &mut s.sums[a]);
                         }
                         s.done = s.wanted;
                         self.progress.advance(1);
@@ -420,8 +419,9 @@ impl Task<'_> {
         let full = optics.full();
         let mut judge = |levels: &[f64], quantity: usize| {
             let y: Vec<Readings> = lit.iter().map(|i| grid[*i].readings_y(optics, levels, quantity)).collect();
-            for (i, stated) in lit.iter().zip(state(&y, iteration)) {
+            for (i, mut stated) in lit.iter().zip(state(&y, iteration)) {
                 let light = grid[*i].light(optics, levels);
+                stated.error += grid[*i].probe.facing.planes_error() * (light.direct_y + light.sun_y + light.sky_y);
                 match quantity.checked_sub(1) {
                     None => (grid[*i].light, grid[*i].y) = (light, stated),
                     Some(k) => grid[*i].states[k] = (light, stated),

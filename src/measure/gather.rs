@@ -7,6 +7,7 @@
 
 use glam::DVec3;
 
+use super::receiver::Facing;
 use crate::mesh::{Elements, NO_ELEMENT};
 use crate::solve::Solution;
 use crate::transport::caster::{Hit, MISS, Ray};
@@ -294,8 +295,8 @@ impl<'a> Gatherer<'a> {
     }
 
     /// Adds the rays `from..to` of a set to its sums.
-    pub(super) fn gather(&mut self, x: DVec3, normal: DVec3, stream: u64, range: (u32, u32), sums: &mut SetSums) {
-        self.each(x, normal, stream, range, |own, k, end, plain| own.sum(k, end, plain, sums));
+    pub(super) fn gather(&mut self, x: DVec3, facing: Facing, stream: u64, range: (u32, u32), sums: &mut SetSums) {
+        self.each(x, facing, stream, range, |own, k, end, plain| own.sum(k, end, plain, sums));
     }
 
     /// Tells `visit` of each ray of a set where its light is read (element, element of the twin), what the way leaves in
@@ -309,7 +310,7 @@ impl<'a> Gatherer<'a> {
         mut visit: impl FnMut(Option<(u32, u32)>, Option<&[f32]>, &[(Found, Vec<f32>)]),
     ) -> u32 {
         let mut rays = 0;
-        self.each(x, normal, stream, (0, count), |own, _, end, plain| {
+        self.each(x, normal.into(), stream, (0, count), |own, _, end, plain| {
             let found = own.found.take().unwrap_or_default();
             let read = match end {
                 End::Covered => None,
@@ -328,7 +329,7 @@ impl<'a> Gatherer<'a> {
     fn each(
         &mut self,
         x: DVec3,
-        normal: DVec3,
+        facing: Facing,
         stream: u64,
         range: (u32, u32),
         mut visit: impl FnMut(&mut Self, u32, End, bool),
@@ -342,7 +343,7 @@ impl<'a> Gatherer<'a> {
             rays.clear();
             rays.extend((from..to).map(|k| {
                 let (a, b) = points.pair(k, 0);
-                Ray::new(x, cosine_direction(normal, a, b))
+                Ray::new(x, facing.direction(a, b))
             }));
             hits.clear();
             hits.resize(rays.len(), Hit { t: 0.0, surface: MISS });

@@ -23,7 +23,7 @@ pub(super) fn ratings(task: &Task<'_>, grids: &[GridResult]) -> Vec<Glare> {
             if reading.status != Status::Ok {
                 continue;
             }
-            let eye = Probe::new(task.world, sensor);
+            let eye = Probe::new(task.world, sensor, asked.receiver);
             let mut sum = 0.0;
             for l in &task.world.emitters.luminaires {
                 let Some(index) = position_index(eye.normal, l.position - eye.position) else { continue };

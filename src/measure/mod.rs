@@ -14,6 +14,7 @@ mod ledger;
 mod options;
 mod path_tracing;
 mod probe;
+mod receiver;
 mod remarks;
 mod result;
 mod run;

@@ -18,7 +18,7 @@ use super::states::{Channels, State};
 use super::{classic, glare, ledger, path_tracing, view};
 use crate::error::{Error, Result};
 use crate::light::{Daylight, Emitter, Luminaire, Luminaires};
-use crate::scene::{MaterialKind, Scene};
+use crate::scene::{MaterialKind, Receiver, Scene};
 use crate::spectrum::{Bands, SpectralValue, Spectrum};
 use crate::transport::caster::{MISS, Ray};
 use crate::transport::points::seed;
@@ -101,6 +101,10 @@ pub fn coefficients(
     };
     if scene.faces.is_empty() {
         return Err(no_face());
+    }
+    if scene.grids.iter().any(|g| g.receiver != Receiver::Plane) {
+        return Err(Error::unsupported("a year knows no cylindrical illuminance")
+            .mend("leave cylindrical and semicylindrical out of the scene of the year"));
     }
     let start = Instant::now();
     let world = World::with_daylight(scene, Some(Daylight::uniform(day)));

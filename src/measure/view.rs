@@ -134,7 +134,7 @@ pub(super) fn demand(world: &World, optics: &Optics, view: &View, task: &Task<'_
                 look(world, optics, Ray::new(camera.eye(), direction), &mut sights);
                 let points = Points::new(seed(&[task.options.seed, STREAM, row as u64, column as u64]));
                 for s in sights.iter().filter(|s| s.surface != MISS) {
-                    found.extend((0..4).filter_map(|k| task.landing(s.point, s.normal, &points, k)));
+                    found.extend((0..4).filter_map(|k| task.landing(s.point, s.normal.into(), &points, k)));
                 }
             }
             found
@@ -276,7 +276,7 @@ fn read(task: &Task<'_>, g: &mut Gatherer<'_>, x: DVec3, normal: DVec3, stream: 
     let (mut mean, mut square) = (0.0, 0.0);
     for a in 0..REPLICAS {
         let mut sums = SetSums::new(optics, REPLICAS, true);
-        g.gather(x, normal, seed(&[stream, a as u64]), (0, set), &mut sums);
+        g.gather(x, normal.into(), seed(&[stream, a as u64]), (0, set), &mut sums);
         for b in 0..REPLICAS {
             let reflected = sums.xyz(b, optics, &[1.0], false)[1];
             reading.main[a][b] = direct + reflected;
@@ -389,12 +389,12 @@ impl Painter<'_> {
         let mut sums = SetSums::new(optics, 1, false);
         let stream = seed(&[self.stream, 3, stream]);
         let first = (f64::from(FIRST_RAYS) * share) as u32;
-        g.gather(sight.point, sight.normal, stream, (0, first), &mut sums);
+        g.gather(sight.point, sight.normal.into(), stream, (0, first), &mut sums);
         let mean = sums.xyz(0, optics, &[1.0], false)[1];
         let variance = sums.mean_square_y(&[1.0]) - mean * mean;
         let wanted = self.noise.rays(variance, mean + optics.xyz_of_direct(direct, &[1.0])[1]);
         let wanted = (f64::from(wanted) * share) as u32;
-        g.gather(sight.point, sight.normal, stream, (first, wanted.max(first)), &mut sums);
+        g.gather(sight.point, sight.normal.into(), stream, (first, wanted.max(first)), &mut sums);
         sums.bands(0, optics.pad, false).map(|x| x as f32).collect()
     }
 

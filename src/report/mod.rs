@@ -19,6 +19,7 @@ mod hdr;
 mod isolines;
 mod legend;
 mod map;
+mod modelling;
 mod panel;
 mod png;
 mod polar;
@@ -95,6 +96,9 @@ pub fn write_all(
     write("summary.csv", table::summary(m)?)?;
     if !m.states.is_empty() {
         write("states.csv", table::states(scene, m)?)?;
+    }
+    if !scene.modelling.is_empty() {
+        write("modelling.csv", modelling::modelling(scene, m)?)?;
     }
     if spectral && m.bands.is_spectral() {
         write("irradiance.csv", table::irradiance(m)?)?;

@@ -26,6 +26,7 @@ pub(super) fn scene() -> Scene {
         views: Vec::new(),
         daytime: None,
         luminaires: Vec::new(),
+        modelling: Vec::new(),
         observers: Vec::new(),
         states: Vec::new(),
         occupancy: Default::default(),

@@ -359,6 +359,12 @@ pub(crate) struct GridDef {
     /// Rate the glare of luminaires (UGR) for eyes at the points that look along the normals.
     #[serde(default)]
     pub(crate) ugr: bool,
+    /// Cylindrical illuminance (EN 12464-1) at the points too, as the grid `<name>_cylindrical`; and the modelling ratio.
+    #[serde(default)]
+    pub(crate) cylindrical: bool,
+    /// Level direction for which the semi-cylindrical illuminance (EN 13201-3) at the points is asked too, as the grid
+    /// `<name>_semicylindrical`.
+    pub(crate) semicylindrical: Option<At<[f64; 3]>>,
     /// Direction that the points face. u × v for `plane` and the face's normal for `on`, unless given.
     pub(crate) normal: Option<At<[f64; 3]>>,
 }

@@ -66,6 +66,8 @@ pub struct Scene {
     pub bands: BandMode,
     /// Where illuminance is asked.
     pub grids: Vec<Grid>,
+    /// Grids whose points carry cylinders as well: the number of each, then that of the grid of its cylinders.
+    pub modelling: Vec<(usize, usize)>,
     /// Grids whose points are eyes for which glare is rated.
     pub observers: Vec<usize>,
     /// Pictures asked for.
@@ -253,6 +255,20 @@ pub struct Grid {
     pub sensors: Vec<Sensor>,
     /// How they lie, for maps.
     pub layout: GridLayout,
+    /// What receives the light.
+    pub receiver: Receiver,
+}
+
+/// What receives light at the points of a grid.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Receiver {
+    /// A plane: illuminance.
+    #[default]
+    Plane,
+    /// An upright cylinder: mean vertical illuminance (EN 12464-1).
+    Cylinder,
+    /// Half of one, about the level direction of the point's normal (EN 13201-3).
+    HalfCylinder,
 }
 
 /// One point and the direction it faces.

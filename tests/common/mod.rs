@@ -5,7 +5,9 @@
 pub mod rooms;
 
 use clerestory::measure::{GridResult, Measurement, Method, SensorResult, Silent, SolveOptions, Status};
-use clerestory::scene::{Axes, Emission, Face, Grid, GridLayout, Material, MaterialKind, Panes, Scene, Sensor};
+use clerestory::scene::{
+    Axes, Emission, Face, Grid, GridLayout, Material, MaterialKind, Panes, Receiver, Scene, Sensor,
+};
 use clerestory::spectrum::{BandMode, SpectralValue, Spectrum};
 use clerestory::{Error, measure};
 use glam::DVec3;
@@ -81,6 +83,7 @@ impl Build {
             views: Vec::new(),
             daytime: None,
             luminaires: Vec::new(),
+            modelling: Vec::new(),
             observers: Vec::new(),
             states: Vec::new(),
             occupancy: Default::default(),
@@ -155,7 +158,7 @@ impl Build {
     pub fn points(&mut self, name: &str, points: &[(DVec3, DVec3)]) -> &mut Self {
         let sensors =
             points.iter().map(|(p, n)| Sensor { position: *p, normal: n.normalize(), area_m2: None }).collect();
-        self.0.grids.push(Grid { name: name.into(), sensors, layout: GridLayout::Points });
+        self.0.grids.push(Grid { name: name.into(), sensors, layout: GridLayout::Points, receiver: Receiver::Plane });
         self
     }
 

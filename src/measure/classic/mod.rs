@@ -22,6 +22,7 @@ use super::result::{BandValue, GridResult, Ledger, LeftOut, Measurement, Record,
 use super::run::count_holding;
 use crate::error::{Error, Result};
 use crate::scene::Grid;
+use crate::scene::Receiver;
 use crate::transport::World;
 use crate::transport::form_factor::Work;
 use level::{Level, MOST_PATCHES};
@@ -61,6 +62,10 @@ pub(super) fn run(task: &Task<'_>, mut record: Record) -> Result<Measurement> {
             record.method
         ))
         .mend("use the default method or path-tracing"));
+    }
+    if task.scene.grids.iter().any(|g| g.receiver != Receiver::Plane) {
+        return Err(Error::unsupported(format!("method {} knows no cylindrical illuminance", record.method))
+            .mend("use the default method or path-tracing"));
     }
     let mut patches = task.options.patches.unwrap_or(FIRST_PATCHES);
     let start = Instant::now();
@@ -141,7 +146,7 @@ fn read_grid(task: &Task<'_>, grid: &Grid, readers: &[Reader<'_>; 2], fine: &Lev
         .par_iter()
         .with_min_len(4)
         .map(|sensor| {
-            let probe = Probe::new(task.world, sensor);
+            let probe = Probe::new(task.world, sensor, grid.receiver);
             let mut work = Work::default();
             let lit = probe.status == Status::Ok;
             let readings = lit.then(|| [0, 1].map(|k: usize| readers[k].read(sensor, &probe, &mut work)));
