@@ -133,6 +133,8 @@ fn hall() -> Scene {
         daytime: None,
         luminaires: Vec::new(),
         modelling: Vec::new(),
+        requirements: Vec::new(),
+        power: None,
         observers: Vec::new(),
         states: Vec::new(),
         occupancy: Default::default(),

@@ -86,6 +86,8 @@ fn a_point_source_lights_bodies_by_their_kernels() {
         factor: 1.0,
         spectrum: Spectrum::constant(1.0),
         group: None,
+        power_w: None,
+        ra: None,
         line: 1,
     });
     let ahead = at(0.6, -0.8, 0.0);

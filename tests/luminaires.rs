@@ -45,6 +45,8 @@ fn hang_at(scene: &mut Scene, bytes: Vec<u8>, positions: Vec<DVec3>) {
         factor: 1.0,
         spectrum: Spectrum::constant(1.0),
         group: None,
+        power_w: None,
+        ra: None,
         line: 1,
     });
 }

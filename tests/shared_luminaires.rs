@@ -133,6 +133,8 @@ fn hung(bytes: Vec<u8>, position: DVec3) -> LuminaireRow {
         factor: 1.0,
         spectrum: Spectrum::constant(1.0),
         group: None,
+        power_w: None,
+        ra: None,
         line: 1,
     }
 }

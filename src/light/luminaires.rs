@@ -70,6 +70,8 @@ pub struct Luminaires {
     pub spectra: Vec<Spectrum>,
     /// Group of lamps that those of each spectrum are dimmed with.
     pub dimming: Vec<Option<String>>,
+    /// Electric power of each luminaire of each table, W, where it is known.
+    pub power_w: Vec<Option<f64>>,
     /// What the user should know.
     pub warnings: Vec<String>,
     /// Names of the tables: file and line.
@@ -94,6 +96,7 @@ impl Luminaires {
                     all.warnings.push(told);
                 }
             }
+            all.power_w.push(row.power_w.or(Some(photometry.power_w).filter(|w| *w > 0.0)));
             if row.flux_lm.is_some() && own <= 0.0 {
                 return Err(Error::impossible("flux_lm scales a luminaire that gives no light").in_file(&row.file));
             }

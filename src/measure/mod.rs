@@ -5,6 +5,7 @@
 //! error, and refines what the statement blames.
 
 mod adaptive;
+mod appraisal;
 mod camera;
 mod classic;
 mod coefficients;
@@ -17,11 +18,13 @@ mod probe;
 mod receiver;
 mod remarks;
 mod result;
+mod room_surfaces;
 mod run;
 mod statement;
 mod states;
 mod view;
 
+pub use appraisal::{Appraisal, Judged, Power, RoomSurface, Verdict};
 pub use coefficients::{Coefficients, ESTIMATES, GridCoefficients, SunScratch};
 pub use options::{Display, Method, Progress, Silent, SolveOptions};
 pub use remarks::remarks;

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::appraisal::Appraisal;
 use crate::scene::{GridLayout, View};
 use crate::spectrum::Bands;
 
@@ -20,6 +21,8 @@ pub struct Measurement {
     pub outdoor_lx: Option<f64>,
     /// Glare of luminaires, for the grids that ask for it.
     pub glare: Vec<Glare>,
+    /// Requirements, watts, surfaces of the room.
+    pub appraisal: Appraisal,
     /// Where the light went, per band.
     pub ledger: Ledger,
     /// What was chosen and why, for the user to read.

@@ -6,6 +6,7 @@ use std::time::Instant;
 use glam::DVec3;
 
 use super::adaptive::{Adapted, Light, SensorState, Task};
+use super::appraisal::Appraisal;
 use super::coefficients::Coefficients;
 use super::gather::Solved;
 use super::options::{Method, Progress, SolveOptions};
@@ -15,7 +16,7 @@ use super::result::{
 };
 use super::statement::Stated;
 use super::states::{Channels, State};
-use super::{classic, glare, ledger, path_tracing, view};
+use super::{appraisal, classic, glare, ledger, path_tracing, room_surfaces, view};
 use crate::error::{Error, Result};
 use crate::light::{Daylight, Emitter, Luminaire, Luminaires};
 use crate::scene::{MaterialKind, Receiver, Scene};
@@ -44,6 +45,7 @@ pub fn solve(scene: &Scene, options: &SolveOptions, progress: &dyn Progress) -> 
     let daylight = Daylight::new(scene)?;
     let luminaires = Luminaires::new(scene)?;
     let (bands, why) = plan_bands(scene, daylight.as_ref(), &luminaires, options.tolerance)?;
+    let power = appraisal::power(scene, &luminaires);
     let (told, tables) = (luminaires.warnings.clone(), luminaires.tables.clone());
     let world = World::with_daylight(scene, daylight).hang(luminaires);
     let channels = match options.method {
@@ -78,11 +80,14 @@ pub fn solve(scene: &Scene, options: &SolveOptions, progress: &dyn Progress) -> 
         record.warnings.push("the classic methods tell nothing of the states of the lights".into());
     }
     let task = Task { scene, world: &world, optics: &optics, channels: &channels, options, progress };
-    match options.method {
-        Method::Auto => by_radiosity(&task, record),
-        Method::PathTracing => Ok(by_path_tracing(&task, record)),
-        _ => classic::run(&task, record),
-    }
+    let mut measurement = match options.method {
+        Method::Auto => by_radiosity(&task, record)?,
+        Method::PathTracing => by_path_tracing(&task, record),
+        _ => classic::run(&task, record)?,
+    };
+    measurement.appraisal.power = power;
+    appraisal::appraise(scene, &mut measurement);
+    Ok(measurement)
 }
 
 /// Daylight coefficients of a scene to the tolerance asked for under an even sky; reflected light in `parts` of
@@ -285,6 +290,7 @@ fn by_radiosity(task: &Task<'_>, mut record: Record) -> Result<Measurement> {
         states,
         views,
         outdoor_lx: outdoor_lx(task.world),
+        appraisal: Appraisal { surfaces: room_surfaces::surfaces(task, optics, main, twin), ..Appraisal::default() },
         ledger,
         record,
     })
@@ -452,6 +458,7 @@ fn by_path_tracing(task: &Task<'_>, mut record: Record) -> Measurement {
         states,
         views,
         outdoor_lx: outdoor_lx(task.world),
+        appraisal: Appraisal::default(),
         ledger: Ledger::default(),
         record,
     }

@@ -25,6 +25,7 @@ pub fn run_json(scene: &Scene, m: &Measurement, provenance: &Provenance) -> Valu
         ("views", json!(m.views.iter().map(view).collect::<Vec<_>>())),
     ];
     object.extend(own.map(|(k, v)| (k.to_owned(), v)));
+    object.extend(super::appraisal::keys(&m.appraisal).map(|(k, v)| (k.to_owned(), v)));
     Value::Object(object)
 }
 

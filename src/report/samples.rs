@@ -27,6 +27,8 @@ pub(super) fn scene() -> Scene {
         daytime: None,
         luminaires: Vec::new(),
         modelling: Vec::new(),
+        requirements: Vec::new(),
+        power: None,
         observers: Vec::new(),
         states: Vec::new(),
         occupancy: Default::default(),
@@ -141,6 +143,7 @@ pub(super) fn measurement(mode: &BandMode) -> Measurement {
         states: Vec::new(),
         outdoor_lx: Some(10_000.0),
         glare: Vec::new(),
+        appraisal: Default::default(),
         ledger: Ledger {
             emitted: vec![10.0; n],
             absorbed: vec![9.0; n],

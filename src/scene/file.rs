@@ -15,6 +15,7 @@ use serde::{Deserialize, Deserializer};
 
 use super::dimming::StateDef;
 use super::luminaire::LuminaireDef;
+use super::requirement::{EmergencyDef, PowerDef, RequirementDef};
 use super::sky::{SiteDef, SkyDef};
 use super::suggest;
 use super::usage::{AnnualDef, BlindDef};
@@ -111,6 +112,8 @@ pub(crate) struct SceneFile {
     /// Luminaires: photometric files and where they hang.
     #[serde(default)]
     pub(crate) luminaires: Vec<At<LuminaireDef>>,
+    /// What the watts of the luminaires refer to.
+    pub(crate) power: Option<At<PowerDef>>,
     /// States of the lights, reported beside the scene as it stands.
     #[serde(default)]
     pub(crate) states: Vec<At<StateDef>>,
@@ -365,6 +368,10 @@ pub(crate) struct GridDef {
     /// Level direction for which the semi-cylindrical illuminance (EN 13201-3) at the points is asked too, as the grid
     /// `<name>_semicylindrical`.
     pub(crate) semicylindrical: Option<At<[f64; 3]>>,
+    /// Limits to keep, as EN 12464-1 sets them.
+    pub(crate) requirement: Option<RequirementDef>,
+    /// Limits of emergency lighting to keep (EN 1838), `{}` for the usual ones.
+    pub(crate) emergency: Option<EmergencyDef>,
     /// Direction that the points face. u × v for `plane` and the face's normal for `on`, unless given.
     pub(crate) normal: Option<At<[f64; 3]>>,
 }

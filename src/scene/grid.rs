@@ -162,7 +162,7 @@ fn on_faces(
 }
 
 /// Faces whose object or material has the name.
-fn faces_named<'a>(source: Source<'_>, stage: &Stage<'a>, on: &At<String>) -> Result<Vec<&'a Face>> {
+pub(crate) fn faces_named<'a>(source: Source<'_>, stage: &Stage<'a>, on: &At<String>) -> Result<Vec<&'a Face>> {
     let name = on.value.as_str();
     let chosen: Vec<&Face> =
         stage.faces.iter().filter(|f| stage.objects[f.object] == name || stage.materials[f.material] == name).collect();

@@ -10,7 +10,8 @@ use super::faces::{self, Drawn, Names, Place};
 use super::file::{self, At, BandsDef, DivisionDef, GridDef, Kind, ModeDef, ModeName, SceneFile, Source, Up};
 use super::obj::{self, Obj};
 use super::{
-    Axes, Face, InputFile, Receiver, Scene, dimming, grid, luminaire, material, shells, sky, suggest, usage, view,
+    Axes, Face, InputFile, Receiver, Scene, dimming, grid, luminaire, material, requirement, shells, sky, suggest,
+    usage, view,
 };
 use crate::error::ErrorKind;
 use crate::spectrum::BandMode;
@@ -65,6 +66,8 @@ pub fn load(path: &Path) -> Result<Scene> {
     let north_deg = file.geometry.value.north_deg.as_ref().map_or(0.0, |n| n.value);
     let daytime = sky::resolve(&mut files, file.sky.as_ref(), file.site.as_ref(), north_deg)?;
     let states = dimming::resolve(&files, &file)?;
+    let requirements = requirement::resolve(&files, &file, &states)?;
+    let power = requirement::power(&files, &stage, &file)?;
     let occupancy = usage::occupancy(&mut files, file.annual.as_ref())?;
     let blinds = usage::blinds(&mut files, &file.blinds, &materials, &drawing.objects)?;
     let title = file.title.unwrap_or_else(|| stem(path));
@@ -80,6 +83,8 @@ pub fn load(path: &Path) -> Result<Scene> {
         luminaires,
         modelling,
         observers: (0..file.grids.len()).filter(|g| file.grids[*g].value.ugr).collect(),
+        requirements,
+        power,
         states,
         occupancy,
         blinds,

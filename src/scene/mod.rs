@@ -20,6 +20,7 @@ mod material;
 mod obj;
 mod outline;
 mod polygon;
+mod requirement;
 mod shells;
 mod sky;
 mod suggest;
@@ -37,6 +38,7 @@ pub use dimming::{DAYLIGHT, ELECTRIC, LightState};
 pub use file::json_schema;
 pub use load::load;
 pub use luminaire::LuminaireRow;
+pub use requirement::{PowerBasis, Quantity, Requirement};
 pub use sky::{Amount, ClockTime, Daytime, Placed, Site, SkyName};
 pub use usage::{Blind, BlindControl, Occupancy};
 
@@ -76,6 +78,10 @@ pub struct Scene {
     pub daytime: Option<Daytime>,
     /// Luminaires, table by table.
     pub luminaires: Vec<LuminaireRow>,
+    /// Limits that grids are to keep.
+    pub requirements: Vec<Requirement>,
+    /// What the watts of the luminaires refer to.
+    pub power: Option<PowerBasis>,
     /// States of the lights that are reported beside the scene as it stands.
     pub states: Vec<LightState>,
     /// Hours of presence, for a year of daylight.

@@ -84,6 +84,8 @@ impl Build {
             daytime: None,
             luminaires: Vec::new(),
             modelling: Vec::new(),
+            requirements: Vec::new(),
+            power: None,
             observers: Vec::new(),
             states: Vec::new(),
             occupancy: Default::default(),

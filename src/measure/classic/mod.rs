@@ -16,6 +16,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::adaptive::Task;
+use super::appraisal::Appraisal;
 use super::options::Method;
 use super::probe::Probe;
 use super::result::{BandValue, GridResult, Ledger, LeftOut, Measurement, Record, SensorResult, Setting, Status};
@@ -100,7 +101,17 @@ pub(super) fn run(task: &Task<'_>, mut record: Record) -> Result<Measurement> {
         record.timings_s.push(("pictures".into(), start.elapsed().as_secs_f64()));
     }
     let (bands, ledger) = (task.optics.bands.clone(), ledger(task, &fine));
-    Ok(Measurement { bands, grids, states: Vec::new(), views, glare: Vec::new(), ledger, record, outdoor_lx: None })
+    Ok(Measurement {
+        bands,
+        grids,
+        states: Vec::new(),
+        views,
+        glare: Vec::new(),
+        appraisal: Appraisal::default(),
+        ledger,
+        record,
+        outdoor_lx: None,
+    })
 }
 
 /// The mesh that tells the error: twice as coarse; of a single patch twice as fine.
