@@ -111,16 +111,11 @@ impl Luminaires {
                 all.dimming.push(row.group.clone());
                 all.spectra.len() - 1
             });
-            let (flux_lm, peak_cd) = (web.flux_lm(), web.peak().0);
-            if flux_lm <= 0.0 {
+            if web.flux_lm() <= 0.0 {
                 continue; // dark
             }
-            all.list.extend(row.positions.iter().map(|position| {
-                let shape = shape(&photometry.opening, *position, row.axes, &web);
-                let corners = corners(&shape, *position);
-                let (web, position, axes) = (web.clone(), *position, row.axes);
-                Luminaire { web, flux_lm, peak_cd, position, axes, shape, corners, group, table }
-            }));
+            let hang = |p: &DVec3| Luminaire::hung(web.clone(), &photometry.opening, *p, row.axes, (group, table));
+            all.list.extend(row.positions.iter().map(hang));
         }
         Ok(all)
     }
@@ -134,6 +129,21 @@ impl Luminaires {
 }
 
 impl Luminaire {
+    /// A luminaire in its place, metres; its spectrum and its table.
+    #[must_use]
+    pub fn hung(
+        web: Arc<Web>,
+        opening: &Opening,
+        position: DVec3,
+        axes: DMat3,
+        (group, table): (usize, usize),
+    ) -> Self {
+        let shape = shape(opening, position, axes, &web);
+        let corners = corners(&shape, position);
+        let (flux_lm, peak_cd) = (web.flux_lm(), web.peak().0);
+        Self { web, flux_lm, peak_cd, position, axes, shape, corners, group, table }
+    }
+
     /// The same in the program's frame, its group counted from `first`.
     #[must_use]
     pub fn placed(mut self, frame: &Frame, first: usize) -> Self {

@@ -4,13 +4,14 @@ use std::f64::consts::PI;
 use std::time::Instant;
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::adaptive::{Adapted, Light, SensorState, Task};
 use super::appraisal::Appraisal;
 use super::coefficients::Coefficients;
 use super::gather::Solved;
 use super::options::{Method, Progress, SolveOptions};
-use super::probe::hidden;
+use super::probe::{Probe, hidden};
 use super::result::{
     BandValue, GridResult, Ledger, LeftOut, Measurement, Record, SensorResult, Setting, StateResult, Status, ViewResult,
 };
@@ -19,11 +20,11 @@ use super::states::{Channels, State};
 use super::{appraisal, classic, glare, ledger, path_tracing, room_surfaces, view};
 use crate::error::{Error, Result};
 use crate::light::{Daylight, Emitter, Luminaire, Luminaires};
-use crate::scene::{MaterialKind, Receiver, Scene};
+use crate::scene::{Grid, MaterialKind, Receiver, Scene, Sensor};
 use crate::spectrum::{Bands, SpectralValue, Spectrum};
 use crate::transport::caster::{MISS, Ray};
 use crate::transport::points::seed;
-use crate::transport::{GlazingUnit, LightPart, Optics, Pane, SUN, World};
+use crate::transport::{GlazingUnit, LightPart, Optics, Pane, SUN, World, most_mirrored_lx};
 
 /// Paths from a pixel, at most: a picture has many pixels and the eye averages.
 const PIXEL_PATHS: u64 = 256;
@@ -321,12 +322,32 @@ fn outdoor_lx(world: &World) -> Option<f64> {
 
 /// What daylight and luminaires leave out, told.
 fn omissions(task: &Task<'_>) -> Vec<LeftOut> {
-    let hung = (!task.world.emitters.luminaires.is_empty() && task.world.has_specular()).then(|| LeftOut {
+    further_suns(task).into_iter().chain(mirrored_luminaires(task)).collect()
+}
+
+/// What mirrors and panes throw on of the light of luminaires, which show in no image.
+fn mirrored_luminaires(task: &Task<'_>) -> Option<LeftOut> {
+    let (world, scene) = (task.world, task.scene);
+    if world.emitters.luminaires.is_empty() || !world.has_specular() {
+        return None;
+    }
+    let at = |grid: &Grid, s: &Sensor| {
+        let p = Probe::new(world, s, grid.receiver);
+        // No side of a body gets more than a plane that faces the light.
+        let lx = |normal| most_mirrored_lx(world, &task.optics.speculars, (p.position, normal));
+        match grid.receiver {
+            Receiver::Plane => lx(p.normal),
+            _ => [DVec3::X, DVec3::Y, DVec3::NEG_X, DVec3::NEG_Y].map(lx).into_iter().sum(),
+        }
+    };
+    let most = |g: &Grid| g.sensors.par_iter().map(|s| at(g, s)).reduce(|| 0.0, f64::max);
+    let most_lx = scene.grids.iter().map(most).fold(0.0, f64::max);
+    Some(LeftOut {
         what: "light of luminaires mirrored by mirrors and panes".into(),
-        bound: "not bounded: at most the luminaire's light times the mirror's reflectance, where its image falls"
-            .into(),
-    });
-    further_suns(task).into_iter().chain(hung).collect()
+        bound: format!(
+            "at most {most_lx:.3e} lx at any point of the grids by one reflection; what goes on from there to other surfaces is the unexpanded flux of the energy balance"
+        ),
+    })
 }
 
 /// What the sun gives by more than one reflection at mirrors.
@@ -341,7 +362,7 @@ fn further_suns(task: &Task<'_>) -> Option<LeftOut> {
     })
 }
 
-fn reading(sensor: &crate::scene::Sensor, s: &SensorState, (light, y): (Light, Stated)) -> SensorResult {
+fn reading(sensor: &Sensor, s: &SensorState, (light, y): (Light, Stated)) -> SensorResult {
     let mut result = SensorResult::new(sensor, s.probe.status);
     if s.probe.status == Status::Ok {
         result.xyz = light.xyz;
