@@ -160,7 +160,10 @@ pub(crate) fn resolve(files: &Files<'_>, file: &SceneFile, states: &[LightState]
     Ok(all)
 }
 
-fn asked(def: &GridDef) -> Vec<(&At<f64>, Quantity, &Option<At<String>>)> {
+/// A limit in the file, and the state in which it holds.
+type Asked<'a> = (&'a At<f64>, Quantity, &'a Option<At<String>>);
+
+fn asked(def: &GridDef) -> Vec<Asked<'_>> {
     let Some(r) = &def.requirement else { return Vec::new() };
     let list = [
         (&r.mean_lx, Quantity::Mean),
