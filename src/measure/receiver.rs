@@ -134,7 +134,8 @@ mod tests {
     #[test]
     fn directions_follow_the_kernels() {
         // Cylinder: the mean of cos² θ is ∫ sin² θ cos² θ / ∫ sin² θ = 1/4, that of sin θ is (4/3)/(π/2) = 8/(3π).
-        // Half cylinder: the mean of cos α is ∫ cos² α / 2π = 1/2. The midpoint rule on 256² points errs by less than 1e-4.
+        // Half cylinder: the mean of cos α is ∫ cos² α / 2π = 1/2. The midpoint rule errs by n^-2, but
+        // by n^-4/3 = 6e-4 for sin θ, which rises as a third root of its number from the pole.
         let half = Facing::HalfCylinder(DVec2::new(0.6, 0.8));
         let (mut square, mut sine, mut ahead) = (0.0, 0.0, 0.0);
         let n = 256;
@@ -150,7 +151,7 @@ mod tests {
         }
         let count = f64::from(n * n);
         assert!((square / count - 0.25).abs() < 1e-4);
-        assert!((sine / count - 8.0 / (3.0 * PI)).abs() < 1e-4);
+        assert!((sine / count - 8.0 / (3.0 * PI)).abs() < 1e-3);
         assert!((ahead / count - 0.5).abs() < 1e-4);
     }
 
