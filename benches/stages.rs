@@ -118,7 +118,7 @@ fn bounds(world: &World) -> (DVec3, DVec3) {
 /// 40 by 20 by 8 m, with eight lamps and 1660 turned boxes.
 fn hall() -> Scene {
     let grey = |v: f64| MaterialKind::Diffuse { front: SpectralValue::Grey(v), back: SpectralValue::Grey(v) };
-    let lamp = Emission { radiance: Spectrum::constant(1.0), two_sided: false };
+    let lamp = Emission { radiance: Spectrum::constant(1.0), two_sided: false, group: None };
     let mut scene = Scene {
         title: "Hall".into(),
         faces: Vec::new(),
@@ -132,7 +132,11 @@ fn hall() -> Scene {
         views: Vec::new(),
         daytime: None,
         luminaires: Vec::new(),
+        modelling: Vec::new(),
+        requirements: Vec::new(),
+        power: None,
         observers: Vec::new(),
+        states: Vec::new(),
         occupancy: Default::default(),
         blinds: Vec::new(),
         axes: Axes::ZUp,

@@ -44,6 +44,9 @@ fn hang_at(scene: &mut Scene, bytes: Vec<u8>, positions: Vec<DVec3>) {
         flux_lm: None,
         factor: 1.0,
         spectrum: Spectrum::constant(1.0),
+        group: None,
+        power_w: None,
+        ra: None,
         line: 1,
     });
 }

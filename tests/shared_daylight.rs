@@ -164,7 +164,7 @@ fn direct_light_of_all_cie_171_daylight_cases_is_exact() {
             let x = world.lift(world.surfaces.frame.to_local(row.point), row.normal);
             direct(&world, x, row.normal, 1, &mut scratch, &mut factors);
             // 10,000 lx outside: a lux is 0.01 percent.
-            let percent = |part| optics.lux_of_direct(&factors, part) / 100.0;
+            let percent = |part| optics.lux_of_direct(&factors, &[1.0], part) / 100.0;
             let found = [LightPart::Sky, LightPart::Ground, LightPart::Lamps].map(percent);
             check(row, found);
             sums = (sums.0 + (found[0] - row.sky_component).powi(2), sums.1 + row.sky_component.powi(2));

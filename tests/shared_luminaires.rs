@@ -132,6 +132,9 @@ fn hung(bytes: Vec<u8>, position: DVec3) -> LuminaireRow {
         flux_lm: None,
         factor: 1.0,
         spectrum: Spectrum::constant(1.0),
+        group: None,
+        power_w: None,
+        ra: None,
         line: 1,
     }
 }

@@ -102,7 +102,8 @@ fn strip() -> Outcome<()> {
     for (m, rho) in scene.materials.iter_mut().zip([0.6, 0.5, 0.0]) {
         m.kind = MaterialKind::Diffuse { front: SpectralValue::Grey(rho), back: SpectralValue::Grey(rho) };
     }
-    scene.materials[2].emission = Some(Emission { radiance: illuminant("D65").ok_or("no D65")?, two_sided: false });
+    scene.materials[2].emission =
+        Some(Emission { radiance: illuminant("D65").ok_or("no D65")?, two_sided: false, group: None });
     scene.views.push(View {
         name: "room".into(),
         position: DVec3::new(0.3, 4.7, 1.7),

@@ -9,6 +9,7 @@ use serde_json::json;
 use super::{LuminaireArgs, LuminaireFormat, print};
 use crate::Result;
 use crate::light::photometry::{PhotometricType, Photometry, Spread, spread, to_eulumdat, to_ies};
+use crate::light::{UGR_REFLECTANCES, UgrRow, point_distance_m, ugr_table};
 use crate::report;
 
 /// Reads, tells, and writes what was asked for.
@@ -60,12 +61,36 @@ fn as_json(p: &Photometry, spread: &Spread, written: &[PathBuf]) -> String {
             "along_c90_m": p.opening.along_c90_m,
             "height_m": p.opening.height_m,
         },
+        "point_distance_m": point_distance_m(p),
+        "ugr_table": ugr_table(p).map(|rows| json!({
+            "spacing_H": 0.25,
+            "reflectances": UGR_REFLECTANCES,
+            "rooms": rows.iter().map(room).collect::<Vec<_>>(),
+        })),
         "power_W": p.power_w,
         "efficacy_lm_W": efficacy(p),
         "warnings": p.warnings,
         "files": written,
     });
     format!("{report:#}\n")
+}
+
+fn room(row: &UgrRow) -> serde_json::Value {
+    json!({ "x_H": row.x, "y_H": row.y, "along_c0": row.along_c0, "along_c90": row.along_c90 })
+}
+
+/// The table of glare ratings (CIE 190), for the terminal.
+fn glare(text: &mut String, p: &Photometry) {
+    let Some(rows) = ugr_table(p) else { return };
+    text.push_str("uncorrected UGR (CIE 190), spacing 0.25 H; reflectances of ceiling, walls, floor in %\n");
+    let shares = UGR_REFLECTANCES.map(|r| r.map(|v| format!("{:.0}", 100.0 * v)).join("/"));
+    let _ = writeln!(text, "  {:<9} {}    {}", "", shares.join(" "), shares.join(" "));
+    let _ = writeln!(text, "  {:<9} {:<47}    eyes look along C90", "room", "eyes look along C0");
+    for row in rows {
+        let line = |ratings: [f64; 5]| ratings.map(|r| format!("{r:>8.1}")).join(" ");
+        let name = format!("{}H x {}H", row.x, row.y);
+        let _ = writeln!(text, "  {name:<9} {}    {}", line(row.along_c0), line(row.along_c90));
+    }
 }
 
 /// Share of the flux below the horizon; types A and B have no horizon of their own.
@@ -105,9 +130,12 @@ fn as_text(p: &Photometry, spread: &Spread, written: &[PathBuf]) -> String {
     let o = &p.opening;
     let sizes = format!("{} x {} x {} m (C0 x C90 x height)", o.along_c0_m, o.along_c90_m, o.height_m);
     line("luminous opening", format!("{}, {sizes}", o.shape()));
+    let near = format!("from {:.2} m on within 1 %, where it gets a tenth of the peak", point_distance_m(p));
+    line("taken as a point", near);
     if let Some(efficacy) = efficacy(p) {
         line("power", format!("{} W, {efficacy:.1} lm/W", p.power_w));
     }
+    glare(&mut text, p);
     for warning in &p.warnings {
         let _ = writeln!(text, "warning: {warning}");
     }

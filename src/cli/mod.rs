@@ -20,7 +20,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::error::ErrorKind;
 use crate::measure::{Display, Method};
-use crate::report::Provenance;
+use crate::report::{self, Provenance};
 use crate::scene;
 use crate::{Error, Result};
 
@@ -80,6 +80,9 @@ struct SolveArgs {
     /// Report every band, and hold the tolerance in every band.
     #[arg(long)]
     spectral: bool,
+    /// Unit of illuminance in the tables and on the terminal; run.json and maps stay in lux.
+    #[arg(long, value_enum, default_value_t = UnitsArg::Lx)]
+    units: UnitsArg,
     /// Patches along the longest side; with the classic methods only.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=512))]
     patches: Option<u32>,
@@ -98,6 +101,32 @@ struct SolveArgs {
     paths: Option<u64>,
     #[command(flatten)]
     run: RunArgs,
+}
+
+/// Unit of illuminance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum UnitsArg {
+    /// Lux.
+    Lx,
+    /// Footcandles: lumens per square foot, 10.764 lx.
+    Fc,
+}
+
+impl UnitsArg {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Lx => "lx",
+            Self::Fc => "fc",
+        }
+    }
+
+    /// Of one unit, lx.
+    fn lux(self) -> f64 {
+        match self {
+            Self::Lx => 1.0,
+            Self::Fc => report::LUX_PER_FOOTCANDLE,
+        }
+    }
 }
 
 /// Arguments of every run.

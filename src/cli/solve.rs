@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
-use super::{MethodArg, SolveArgs, print, progress};
-use crate::measure::{self, Display, GridResult, Ledger, Measurement, SolveOptions, Status};
+use super::{MethodArg, SolveArgs, UnitsArg, print, progress};
+use crate::measure::{self, Appraisal, Display, GridResult, Ledger, Measurement, SolveOptions, Status};
 use crate::report;
 use crate::scene::{self, Scene};
 use crate::{Error, Result};
@@ -41,10 +41,13 @@ pub(super) fn run(args: &SolveArgs) -> Result<ExitCode> {
     if let Some(dir) = &args.progressive {
         files.extend(report::write_stages(dir, &scene, &measurement)?);
     }
+    if args.units == UnitsArg::Fc {
+        report::in_footcandles(&files)?;
+    }
     if args.run.json {
         print(&format!("{:#}\n", report::run_json(&scene, &measurement, &provenance)))?;
     } else {
-        print(&summary(&scene, &measurement, &files, provenance.wall_s))?;
+        print(&summary(&scene, &measurement, args.units, (&files, provenance.wall_s)))?;
     }
     Ok(exit_code(&measurement))
 }
@@ -96,7 +99,8 @@ fn folder(args: &SolveArgs) -> PathBuf {
 }
 
 fn exit_code(m: &Measurement) -> ExitCode {
-    let held = m.grids.iter().map(GridLine::of).all(|line| line.ok == 0 || line.held() >= HOLDING);
+    let of_states = m.states.iter().filter(|s| s.held).flat_map(|s| &s.grids);
+    let held = m.grids.iter().chain(of_states).map(GridLine::of).all(|line| line.ok == 0 || line.held() >= HOLDING);
     if held { ExitCode::SUCCESS } else { ExitCode::from(EXIT_NOT_HELD) }
 }
 
@@ -133,9 +137,10 @@ impl GridLine {
 }
 
 /// What came out, for the terminal.
-fn summary(scene: &Scene, m: &Measurement, files: &[PathBuf], wall_s: f64) -> String {
+fn summary(scene: &Scene, m: &Measurement, units: UnitsArg, (files, wall_s): (&[PathBuf], f64)) -> String {
     let mut text = format!("{}\n", scene.title);
-    table(&mut text, m);
+    table(&mut text, m, units);
+    appraisal(&mut text, &m.appraisal, units);
     for view in &m.views {
         line(
             &mut text,
@@ -175,31 +180,71 @@ fn worst_closure(ledger: &Ledger) -> Option<f64> {
     bands.map(|b| (1.0 - gone(b) / ledger.emitted[b]).abs()).reduce(f64::max)
 }
 
-fn table(text: &mut String, m: &Measurement) {
+/// Requirements and watts.
+fn appraisal(text: &mut String, a: &Appraisal, units: UnitsArg) {
+    for j in &a.requirements {
+        let name = j.quantity.name();
+        let (name, unit) = match name.strip_suffix("_lx") {
+            Some(stem) => (format!("{stem} {}", units.name()), units.lux()),
+            None => (name.to_owned(), 1.0),
+        };
+        let state = if j.state.is_empty() { String::new() } else { format!(", {}", j.state) };
+        let bound = if j.quantity.is_at_most() { "at most" } else { "at least" };
+        let found = j.found.map_or_else(String::new, |[value, low, high]| {
+            let [value, low, high] = [value, low, high].map(|v| figure(v / unit, (high - low) / unit));
+            format!(": {value} ({low} to {high})")
+        });
+        let (limit, verdict) = (figure(j.limit / unit, 0.0), j.verdict.name());
+        line(text, &format!("{}{state}: {name} {bound} {limit}: {verdict}{found}", j.grid));
+    }
+    let Some(power) = &a.power else { return };
+    let mut told = format!("luminaires: {:.0} W", power.total_w);
+    if power.unknown > 0 {
+        let _ = write!(told, ", {} without known watts", power.unknown);
+    }
+    if let Some(density) = power.density_w_m2 {
+        let _ = write!(told, ", {density:.2} W/m²");
+    }
+    if let Some(density) = power.density_w_m2_per_100_lx {
+        let _ = write!(told, ", {:.3} W/m² per 100 {}", density * units.lux(), units.name());
+    }
+    line(text, &told);
+}
+
+fn table(text: &mut String, m: &Measurement, units: UnitsArg) {
     if m.grids.is_empty() {
         return;
     }
-    let width = m.grids.iter().map(|g| g.name.chars().count()).max().unwrap_or(0).max(4);
+    let of_states = m.states.iter().flat_map(|s| s.grids.iter().map(|g| (format!("{}, {}", g.name, s.name), g)));
+    let grids: Vec<(String, &GridResult)> = m.grids.iter().map(|g| (g.name.clone(), g)).chain(of_states).collect();
+    let unit = units.name();
+    let width = grids.iter().map(|g| g.0.chars().count()).max().unwrap_or(0).max(4);
     line(
         text,
         &format!(
             "{:<width$} {:>7} {:>10} {:>10} {:>10} {:>10} {:>7}",
-            "grid", "points", "mean lx", "min lx", "max lx", "error lx", "holding"
+            "grid",
+            "points",
+            format!("mean {unit}"),
+            format!("min {unit}"),
+            format!("max {unit}"),
+            format!("error {unit}"),
+            "holding"
         ),
     );
-    for grid in &m.grids {
+    for (name, grid) in grids {
         let g = GridLine::of(grid);
         if g.ok == 0 {
-            line(text, &format!("{:<width$} {:>7} every point is covered or inside a solid", grid.name, 0));
+            line(text, &format!("{name:<width$} {:>7} every point is covered or inside a solid", 0));
             continue;
         }
-        let [mean, min, max] = [g.mean, g.min, g.max].map(|v| figure(v, g.median_error));
-        let error = two_digits(g.median_error);
+        let error = g.median_error / units.lux();
+        let [mean, min, max] = [g.mean, g.min, g.max].map(|v| figure(v / units.lux(), error));
+        let error = two_digits(error);
         line(
             text,
             &format!(
-                "{:<width$} {:>7} {mean:>10} {min:>10} {max:>10} {error:>10} {:>5.1} %",
-                grid.name,
+                "{name:<width$} {:>7} {mean:>10} {min:>10} {max:>10} {error:>10} {:>5.1} %",
                 g.ok,
                 100.0 * g.held()
             ),

@@ -35,6 +35,8 @@ pub struct Emitters {
     pub luminaires: Vec<Luminaire>,
     /// Spectra of one lumen, W/(nm lm), of the groups of luminaires, which follow those of the sides.
     pub spectra: Vec<Spectrum>,
+    /// Group of lamps that those of each spectrum are dimmed with.
+    pub dimming: Vec<Option<String>>,
 }
 
 impl Emitters {
@@ -78,6 +80,7 @@ impl Emitters {
         let first = self.materials.len();
         self.luminaires = luminaires.list.into_iter().map(|l| l.placed(frame, first)).collect();
         self.spectra = luminaires.spectra;
+        self.dimming = luminaires.dimming;
     }
 
     /// Does nothing emit?

@@ -68,6 +68,10 @@ pub struct Luminaires {
     pub list: Vec<Luminaire>,
     /// Spectra of one lumen, W/(nm lm).
     pub spectra: Vec<Spectrum>,
+    /// Group of lamps that those of each spectrum are dimmed with.
+    pub dimming: Vec<Option<String>>,
+    /// Electric power of each luminaire of each table, W, where it is known.
+    pub power_w: Vec<Option<f64>>,
     /// What the user should know.
     pub warnings: Vec<String>,
     /// Names of the tables: file and line.
@@ -92,6 +96,7 @@ impl Luminaires {
                     all.warnings.push(told);
                 }
             }
+            all.power_w.push(row.power_w.or(Some(photometry.power_w).filter(|w| *w > 0.0)));
             if row.flux_lm.is_some() && own <= 0.0 {
                 return Err(Error::impossible("flux_lm scales a luminaire that gives no light").in_file(&row.file));
             }
@@ -100,20 +105,17 @@ impl Luminaires {
             let factor = row.factor * tilt * row.flux_lm.map_or(1.0, |flux_lm| flux_lm / own);
             let web = Arc::new(photometry.web.scaled(factor));
             let unit = row.spectrum.scaled(1.0 / row.spectrum.luminous());
-            let group = all.spectra.iter().position(|s| *s == unit).unwrap_or_else(|| {
+            let known = all.spectra.iter().zip(&all.dimming).position(|(s, g)| *s == unit && *g == row.group);
+            let group = known.unwrap_or_else(|| {
                 all.spectra.push(unit);
+                all.dimming.push(row.group.clone());
                 all.spectra.len() - 1
             });
-            let (flux_lm, peak_cd) = (web.flux_lm(), web.peak().0);
-            if flux_lm <= 0.0 {
+            if web.flux_lm() <= 0.0 {
                 continue; // dark
             }
-            all.list.extend(row.positions.iter().map(|position| {
-                let shape = shape(&photometry.opening, *position, row.axes, &web);
-                let corners = corners(&shape, *position);
-                let (web, position, axes) = (web.clone(), *position, row.axes);
-                Luminaire { web, flux_lm, peak_cd, position, axes, shape, corners, group, table }
-            }));
+            let hang = |p: &DVec3| Luminaire::hung(web.clone(), &photometry.opening, *p, row.axes, (group, table));
+            all.list.extend(row.positions.iter().map(hang));
         }
         Ok(all)
     }
@@ -127,6 +129,21 @@ impl Luminaires {
 }
 
 impl Luminaire {
+    /// A luminaire in its place, metres; its spectrum and its table.
+    #[must_use]
+    pub fn hung(
+        web: Arc<Web>,
+        opening: &Opening,
+        position: DVec3,
+        axes: DMat3,
+        (group, table): (usize, usize),
+    ) -> Self {
+        let shape = shape(opening, position, axes, &web);
+        let corners = corners(&shape, position);
+        let (flux_lm, peak_cd) = (web.flux_lm(), web.peak().0);
+        Self { web, flux_lm, peak_cd, position, axes, shape, corners, group, table }
+    }
+
     /// The same in the program's frame, its group counted from `first`.
     #[must_use]
     pub fn placed(mut self, frame: &Frame, first: usize) -> Self {

@@ -5,15 +5,21 @@
 
 mod daylight;
 mod emitters;
+mod guth;
 mod lambert;
 mod luminaires;
+mod near_field;
 pub mod photometry;
 pub mod sky;
 pub mod sun;
+mod ugr_table;
 pub mod weather;
 
 pub use daylight::Daylight;
 pub(crate) use daylight::site_of;
 pub use emitters::{Emitter, Emitters};
+pub use guth::position_index;
 pub use lambert::{above_plane, configuration_factor};
 pub use luminaires::{Luminaire, Luminaires, LuminousFace, Shape};
+pub use near_field::point_distance_m;
+pub use ugr_table::{UGR_REFLECTANCES, UgrRow, ugr_table};

@@ -8,17 +8,17 @@ use rayon::prelude::*;
 use super::gather::{Field, Gatherer, REPLICAS, SetSums, Solved};
 use super::options::{Progress, SolveOptions};
 use super::probe::Probe;
+use super::receiver::Facing;
 use super::result::Status;
 use super::statement::{Memory, Readings, Stated, state};
+use super::states::Channels;
 use crate::error::Result;
 use crate::mesh::{ElementKey, Elements, Importance};
 use crate::scene::{Grid, Scene};
 use crate::solve;
 use crate::transport::caster::Ray;
 use crate::transport::points::{Points, seed};
-use crate::transport::{
-    DirectScratch, Fork, Landing, LightPart, Optics, RowSettings, Rows, Tint, World, cosine_direction, follow,
-};
+use crate::transport::{DirectScratch, Fork, Landing, LightPart, Optics, RowSettings, Rows, Tint, World, follow};
 
 /// Rays of an element, over all replicas: refined by size, never by more rays.
 const ROW_RAYS: usize = 32;
@@ -66,23 +66,31 @@ pub(super) struct SensorState {
     wanted: u32,
     /// Distance within which its rays go on as paths, in the program's frame; never less than an element's size.
     pub(super) near: f64,
-    /// Illuminance: X, Y, Z, and what is stated of Y.
+    /// Gather rays bring emission too; `direct` is for the report alone.
+    glowing: bool,
+    /// Illuminance of the scene as it stands, and what is stated of it.
+    pub(super) light: Light,
+    pub(super) y: Stated,
+    /// The same in every state of the lights.
+    pub(super) states: Vec<(Light, Stated)>,
+    /// Every band, when asked for.
+    pub(super) bands: Vec<Stated>,
+    /// What earlier rounds told of the noise: Y, states, bands.
+    memory: Vec<Memory>,
+}
+
+/// Illuminance in one state of the lights, and its parts.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Light {
     pub(super) xyz: [f64; 3],
-    /// Illuminance without diffuse reflection: of emitters, of the sun, of the sky.
+    /// Without diffuse reflection: of emitters, of the sun, of the sky.
     pub(super) direct_y: f64,
     pub(super) sun_y: f64,
     pub(super) sky_y: f64,
-    /// Illuminance that last left the ground or an outside surface.
+    /// Last left the ground or an outside surface.
     pub(super) external_y: f64,
-    /// Gather rays bring emission too; `direct` is for the report alone.
-    glowing: bool,
     /// The rest of it.
     pub(super) reflected_y: f64,
-    pub(super) y: Stated,
-    /// Every band, when asked for.
-    pub(super) bands: Vec<Stated>,
-    /// What earlier rounds told of the noise: Y, then the bands.
-    memory: Vec<Memory>,
 }
 
 /// What the loop settled on.
@@ -120,6 +128,7 @@ pub(super) struct Task<'a> {
     pub(super) scene: &'a Scene,
     pub(super) world: &'a World,
     pub(super) optics: &'a Optics,
+    pub(super) channels: &'a Channels,
     pub(super) options: &'a SolveOptions,
     pub(super) progress: &'a dyn Progress,
 }
@@ -156,7 +165,7 @@ impl Task<'_> {
                     let fresh = self.solve_at(size, &demand)?;
                     rays += fresh.2.iter().map(|r| r.rays_cast).sum::<u64>();
                     factors += fresh.2.iter().map(|r| r.factors).sum::<u64>();
-                    grids.iter_mut().flatten().for_each(|s| s.restart(self.optics.pad));
+                    grids.iter_mut().flatten().for_each(|s| s.restart(self.optics));
                     timings.push((format!("round {round}: rows and solve"), start.elapsed().as_secs_f64()));
                     fresh
                 }
@@ -213,7 +222,7 @@ impl Task<'_> {
     }
 
     fn prepare(&self) -> Vec<Vec<SensorState>> {
-        let (world, pad) = (self.world, self.optics.pad);
+        let world = self.world;
         let first = self.first_rays();
         let grid = |(g, grid): (usize, &Grid)| {
             grid.sensors
@@ -222,14 +231,14 @@ impl Task<'_> {
                 .map_init(
                     || DirectScratch::for_tolerance(self.options.tolerance).in_bands(self.optics),
                     |scratch, (i, sensor)| {
-                        let probe = Probe::new(world, sensor);
+                        let probe = Probe::new(world, sensor, grid.receiver);
                         let mut direct = Vec::new();
                         if probe.status == Status::Ok {
                             for a in 0..REPLICAS {
                                 let sample = seed(&[self.options.seed, stream::SHADOW, g as u64, i as u64, a as u64]);
                                 let mut f = vec![0.0; self.optics.columns()];
                                 let before = scratch.rays;
-                                crate::transport::direct(world, probe.position, probe.normal, sample, scratch, &mut f);
+                                probe.facing.direct(world, probe.position, sample, scratch, &mut f);
                                 direct.push(f);
                                 if scratch.rays == before {
                                     break; // exact
@@ -239,18 +248,14 @@ impl Task<'_> {
                         SensorState {
                             probe,
                             direct,
-                            sums: (0..REPLICAS).map(|_| SetSums::new(pad, REPLICAS, true)).collect(),
+                            sums: (0..REPLICAS).map(|_| SetSums::new(self.optics, REPLICAS, true)).collect(),
                             done: 0,
                             wanted: first,
                             near: 0.0,
-                            xyz: [0.0; 3],
-                            direct_y: 0.0,
-                            sun_y: 0.0,
-                            sky_y: 0.0,
-                            external_y: 0.0,
                             glowing: world.glowing(),
-                            reflected_y: 0.0,
+                            light: Light::default(),
                             y: Stated::default(),
+                            states: vec![Default::default(); self.channels.states.len()],
                             bands: Vec::new(),
                             memory: Vec::new(),
                         }
@@ -293,7 +298,7 @@ impl Task<'_> {
         let look = |rays: std::ops::Range<u32>| -> Vec<Vec<Landed>> {
             let from = |(i, p): (usize, &&Probe)| {
                 let points = Points::new(seed(&[self.options.seed, stream::SENSOR, i as u64]));
-                rays.clone().filter_map(|k| self.landing(p.position, p.normal, &points, k)).collect()
+                rays.clone().filter_map(|k| self.landing(p.position, p.facing, &points, k)).collect()
             };
             sensors.par_iter().enumerate().map(from).collect()
         };
@@ -336,7 +341,7 @@ impl Task<'_> {
                     }
                     let normal = surface.side_normal(at.1 != scatter.passes);
                     let x = self.world.lift(surface.point(at.2), normal);
-                    let Some(next) = self.landing(x, normal, &points, bounce) else { break };
+                    let Some(next) = self.landing(x, normal.into(), &points, bounce) else { break };
                     at = next;
                     list.push(at);
                 }
@@ -347,9 +352,9 @@ impl Task<'_> {
     }
 
     /// Where a gather ray lands.
-    pub(super) fn landing(&self, x: glam::DVec3, normal: glam::DVec3, points: &Points, k: u32) -> Option<Landed> {
+    pub(super) fn landing(&self, x: glam::DVec3, facing: Facing, points: &Points, k: u32) -> Option<Landed> {
         let (a, b) = points.pair(k, 0);
-        let ray = Ray::new(x, cosine_direction(normal, a, b));
+        let ray = Ray::new(x, facing.direction(a, b));
         let hit = self.world.caster.closest(&ray);
         let mut tint = Tint::new(self.optics.pad);
         match follow(self.world, self.optics, ray, hit, Fork::Chance(0.5), &mut tint, &mut 0) {
@@ -390,7 +395,7 @@ impl Task<'_> {
                             let parts =
                                 [self.options.seed, stream::SENSOR, mesh, octave(s.near), g as u64, i as u64, a as u64];
                             let range = (s.done, s.wanted);
-                            gatherer.gather(s.probe.position, s.probe.normal, seed(&parts), range, &mut s.sums[a]);
+                            gatherer.gather(s.probe.position, s.probe.facing, seed(&parts), range, &mut s.sums[a]);
                         }
                         s.done = s.wanted;
                         self.progress.advance(1);
@@ -410,13 +415,22 @@ impl Task<'_> {
     fn judge(&self, grid: &mut [SensorState]) {
         let optics = self.optics;
         let lit: Vec<usize> = (0..grid.len()).filter(|i| grid[*i].probe.status == Status::Ok).collect();
-        for i in &lit {
-            grid[*i].measure_xyz(optics);
-        }
         let iteration = self.iteration_error();
-        let y: Vec<Readings> = lit.iter().map(|i| grid[*i].readings_y(optics)).collect();
-        for (i, stated) in lit.iter().zip(state(&y, iteration)) {
-            grid[*i].y = stated;
+        let full = optics.full();
+        let mut judge = |levels: &[f64], quantity: usize| {
+            let y: Vec<Readings> = lit.iter().map(|i| grid[*i].readings_y(optics, levels, quantity)).collect();
+            for (i, mut stated) in lit.iter().zip(state(&y, iteration)) {
+                let light = grid[*i].light(optics, levels);
+                stated.error += grid[*i].probe.facing.planes_error() * (light.direct_y + light.sun_y + light.sky_y);
+                match quantity.checked_sub(1) {
+                    None => (grid[*i].light, grid[*i].y) = (light, stated),
+                    Some(k) => grid[*i].states[k] = (light, stated),
+                }
+            }
+        };
+        judge(&full, 0);
+        for (k, of_state) in self.channels.states.iter().enumerate() {
+            judge(&of_state.levels, 1 + k);
         }
         if !self.options.spectral {
             return;
@@ -437,7 +451,7 @@ impl Task<'_> {
     /// rays go on as paths, whichever is cheaper.
     fn plan(&self, grids: &mut [Vec<SensorState>], size: &mut f64, elements: usize) -> Plan {
         let tolerance = self.options.tolerance;
-        let open: Vec<Vec<usize>> = grids.iter().map(|g| open_quantities(g, tolerance)).collect();
+        let open: Vec<Vec<usize>> = grids.iter().map(|g| self.open_quantities(g)).collect();
         if open.iter().all(Vec::is_empty) {
             return Plan::Stop;
         }
@@ -465,7 +479,7 @@ impl Task<'_> {
         // What most sensors blame on the mesh is no matter of corners.
         let few = 2 * blaming.len() <= lit && cost_of_paths < cost_of_mesh;
         let further = (few || !may_refine)
-            && blaming.iter_mut().fold(false, |any, (s, _)| s.look_further(*size, self.optics.pad) || any);
+            && blaming.iter_mut().fold(false, |any, (s, _)| s.look_further(*size, self.optics) || any);
         if may_refine && !further && !blaming.is_empty() {
             *size /= growth.sqrt();
             grids.iter_mut().flatten().for_each(|s| s.remember_mesh(1.0 / growth));
@@ -493,27 +507,42 @@ enum Plan {
     Mesh,
 }
 
-/// Number of lit sensors of a grid that hold the tolerance, in the quantity (Y, or a band) where the fewest do.
-pub(super) fn holding(grid: &[SensorState], tolerance: f64) -> usize {
-    let quantities = grid.iter().find(|s| s.probe.status == Status::Ok).map_or(0, |s| 1 + s.bands.len());
-    (0..quantities).map(|q| holding_in(grid, q, tolerance)).min().unwrap_or(0)
+impl Task<'_> {
+    /// Number of lit sensors of a grid that hold the tolerance, in the quantity (Y, or a band) where the fewest do.
+    pub(super) fn holding(&self, grid: &[SensorState]) -> usize {
+        let of_states = 1..=self.channels.states.len();
+        let own = self.quantities(grid).into_iter().filter(|q| !of_states.contains(q));
+        own.map(|q| holding_in(grid, q, self.options.tolerance)).min().unwrap_or(0)
+    }
+
+    /// The same in a state of the lights.
+    pub(super) fn holding_in_state(&self, grid: &[SensorState], state: usize) -> usize {
+        holding_in(grid, 1 + state, self.options.tolerance)
+    }
+
+    /// Quantities that are held to the tolerance: Y is number 0, states and bands follow.
+    fn quantities(&self, grid: &[SensorState]) -> Vec<usize> {
+        let Some(first) = grid.iter().find(|s| s.probe.status == Status::Ok) else { return Vec::new() };
+        let states = self.channels.states.len();
+        (0..=self.channels.held).chain((0..first.bands.len()).map(|band| 1 + states + band)).collect()
+    }
+
+    /// Quantities of a grid in which too few sensors hold.
+    fn open_quantities(&self, grid: &[SensorState]) -> Vec<usize> {
+        let lit = grid.iter().filter(|s| s.probe.status == Status::Ok).count();
+        let is_open = |q: &usize| (holding_in(grid, *q, self.options.tolerance) as f64) < HOLD * lit as f64;
+        self.quantities(grid).into_iter().filter(is_open).collect()
+    }
 }
 
-/// The same in one quantity: Y is number 0, bands follow.
+/// Number of lit sensors that hold the tolerance in one quantity: Y is number 0, states and bands follow.
 fn holding_in(grid: &[SensorState], quantity: usize, tolerance: f64) -> usize {
     grid.iter().filter(|s| s.probe.status == Status::Ok && s.stated(quantity).holds(tolerance)).count()
 }
 
-/// Quantities of a grid in which too few sensors hold.
-fn open_quantities(grid: &[SensorState], tolerance: f64) -> Vec<usize> {
-    let lit = grid.iter().filter(|s| s.probe.status == Status::Ok).count();
-    let quantities = grid.iter().find(|s| s.probe.status == Status::Ok).map_or(0, |s| 1 + s.bands.len());
-    (0..quantities).filter(|q| (holding_in(grid, *q, tolerance) as f64) < HOLD * lit as f64).collect()
-}
-
 impl SensorState {
-    fn restart(&mut self, pad: usize) {
-        self.sums.iter_mut().for_each(|s| *s = SetSums::new(pad, REPLICAS, true));
+    fn restart(&mut self, optics: &Optics) {
+        self.sums.iter_mut().for_each(|s| *s = SetSums::new(optics, REPLICAS, true));
         self.done = 0;
     }
 
@@ -528,14 +557,14 @@ impl SensorState {
 
     /// Lets rays go on as paths from further away, and begins anew: that trades what elements of size `size` hide for
     /// noise of rays. `false`: all go on already.
-    fn look_further(&mut self, size: f64, pad: usize) -> bool {
+    fn look_further(&mut self, size: f64, optics: &Optics) -> bool {
         let near = self.near.max(size);
         if near >= 1.0 {
             return false;
         }
         self.near = FURTHER * near;
         self.wanted = ((f64::from(self.wanted) * PATHS_WANT) as u32).min(MAX_SET_RAYS);
-        self.restart(pad);
+        self.restart(optics);
         let keep = |m: &Memory| Memory { design: m.design.scaled(1.0), ..Memory::default() };
         self.memory = self.all_stated().map(|s| keep(&s.memory)).collect();
         true
@@ -549,13 +578,13 @@ impl SensorState {
 
     /// Keeps what this round told, for one with more rays in the same solution.
     fn remember_rays(&mut self) {
-        let rows: Vec<_> = (0..=self.bands.len()).map(|q| self.memory(q).rows).collect();
+        let rows: Vec<_> = (0..self.all_stated().count()).map(|q| self.memory(q).rows).collect();
         let design = self.all_stated().map(|s| s.memory.design.scaled(1.0));
         self.memory = design.zip(rows).map(|(design, rows)| Memory { rows, design }).collect();
     }
 
     fn all_stated(&self) -> impl Iterator<Item = &Stated> {
-        std::iter::once(&self.y).chain(&self.bands)
+        std::iter::once(&self.y).chain(self.states.iter().map(|s| &s.1)).chain(&self.bands)
     }
 
     fn memory(&self, quantity: usize) -> Memory {
@@ -563,7 +592,11 @@ impl SensorState {
     }
 
     fn stated(&self, quantity: usize) -> &Stated {
-        if quantity == 0 { &self.y } else { &self.bands[quantity - 1] }
+        match quantity {
+            0 => &self.y,
+            q if q <= self.states.len() => &self.states[q - 1].1,
+            q => &self.bands[q - 1 - self.states.len()],
+        }
     }
 
     /// The quantity furthest beyond the tolerance among those that matter, if any is.
@@ -588,78 +621,73 @@ impl SensorState {
         if self.glowing {
             return 0.0;
         }
-        optics.direct_in_band(self.direct(set), band)
+        optics.lanes(band).map(|lane| optics.direct_in_band(self.direct(set), lane)).sum()
     }
 
-    fn direct_xyz(&self, optics: &Optics, set: usize) -> [f64; 3] {
-        if self.glowing { [0.0; 3] } else { optics.xyz_of_direct(self.direct(set)) }
+    fn direct_xyz(&self, optics: &Optics, levels: &[f64], set: usize) -> [f64; 3] {
+        if self.glowing { [0.0; 3] } else { optics.xyz_of_direct(self.direct(set), levels) }
     }
 
-    fn measure_xyz(&mut self, optics: &Optics) {
-        self.xyz = [0.0; 3];
-        (self.direct_y, self.sun_y, self.sky_y, self.external_y) = (0.0, 0.0, 0.0, 0.0);
-        self.reflected_y = 0.0;
+    /// Illuminance with a level for each channel.
+    fn light(&self, optics: &Optics, levels: &[f64]) -> Light {
+        let mut light = Light::default();
         let share = 1.0 / REPLICAS as f64;
         for a in 0..REPLICAS {
-            let direct = self.direct_xyz(optics, a);
-            let factors = &self.direct[a % self.direct.len()];
-            let part = |part| share * optics.lux_of_direct(factors, part);
-            let (in_mirrors, outside) = self.sums[a].outside_y();
-            self.direct_y += part(LightPart::Lamps);
-            self.sun_y += part(LightPart::Sun);
-            self.sky_y += part(LightPart::Sky) + share * in_mirrors;
-            self.external_y += part(LightPart::Ground) + share * outside;
-            self.reflected_y -= share * (in_mirrors + outside);
+            let direct = self.direct_xyz(optics, levels, a);
+            let part = |part| share * optics.lux_of_direct(self.direct(a), levels, part);
+            let (in_mirrors, outside) = self.sums[a].outside_y(levels);
+            light.direct_y += part(LightPart::Lamps);
+            light.sun_y += part(LightPart::Sun);
+            light.sky_y += part(LightPart::Sky) + share * in_mirrors;
+            light.external_y += part(LightPart::Ground) + share * outside;
+            light.reflected_y -= share * (in_mirrors + outside);
             for b in 0..REPLICAS {
-                let reflected = self.sums[a].xyz(b, optics, false);
-                self.reflected_y += share * share * reflected[1];
+                let reflected = self.sums[a].xyz(b, optics, levels, false);
+                light.reflected_y += share * share * reflected[1];
                 for k in 0..3 {
-                    self.xyz[k] += share * share * (direct[k] + reflected[k]);
+                    light.xyz[k] += share * share * (direct[k] + reflected[k]);
                 }
             }
         }
         if self.glowing {
-            self.part_direct(optics);
+            // Direct light is part of what the rays brought: take it out for the report.
+            let direct: f64 = (0..REPLICAS).map(|a| optics.xyz_of_direct(self.direct(a), levels)[1]).sum();
+            light.direct_y = (direct / REPLICAS as f64).min(light.xyz[1]);
+            light.reflected_y = light.xyz[1] - light.direct_y;
         }
-    }
-
-    /// Direct light is part of what the rays brought: take it out for the report.
-    fn part_direct(&mut self, optics: &Optics) {
-        let direct: f64 = (0..REPLICAS).map(|a| optics.xyz_of_direct(self.direct(a))[1]).sum();
-        self.direct_y = (direct / REPLICAS as f64).min(self.xyz[1]);
-        self.reflected_y = self.xyz[1] - self.direct_y;
+        light
     }
 
     fn total_rays(&self) -> f64 {
         self.sums.iter().map(|s| f64::from(s.rays)).sum::<f64>().max(1.0)
     }
 
-    fn readings_y(&self, optics: &Optics) -> Readings {
-        let mut r = Readings { memory: self.memory(0), ..Readings::default() };
+    fn readings_y(&self, optics: &Optics, levels: &[f64], quantity: usize) -> Readings {
+        let mut r = Readings { memory: self.memory(quantity), ..Readings::default() };
         let (mut mean, mut square) = (0.0, 0.0);
         for a in 0..REPLICAS {
-            let direct = self.direct_xyz(optics, a)[1];
+            let direct = self.direct_xyz(optics, levels, a)[1];
             for b in 0..REPLICAS {
-                let reflected = self.sums[a].xyz(b, optics, false)[1];
+                let reflected = self.sums[a].xyz(b, optics, levels, false)[1];
                 r.main[a][b] = direct + reflected;
-                r.twin[a][b] = direct + self.sums[a].xyz(b, optics, true)[1];
+                r.twin[a][b] = direct + self.sums[a].xyz(b, optics, levels, true)[1];
                 mean += reflected / (REPLICAS * REPLICAS) as f64;
             }
-            square += self.sums[a].mean_square_y() / REPLICAS as f64;
+            square += self.sums[a].mean_square_y(levels) / REPLICAS as f64;
         }
         r.naive = (square - mean * mean).max(0.0) / self.total_rays();
         r
     }
 
     fn readings(&self, optics: &Optics, band: usize) -> Readings {
-        let mut r = Readings { memory: self.memory(1 + band), ..Readings::default() };
+        let mut r = Readings { memory: self.memory(1 + self.states.len() + band), ..Readings::default() };
         let (mut mean, mut square) = (0.0, 0.0);
         for a in 0..REPLICAS {
             let direct = self.direct_band(optics, a, band);
             for b in 0..REPLICAS {
-                let reflected = self.sums[a].band(b, band, optics.pad, false);
+                let reflected = self.sums[a].band(b, band, optics, false);
                 r.main[a][b] = direct + reflected;
-                r.twin[a][b] = direct + self.sums[a].band(b, band, optics.pad, true);
+                r.twin[a][b] = direct + self.sums[a].band(b, band, optics, true);
                 mean += reflected / (REPLICAS * REPLICAS) as f64;
             }
             square += self.sums[a].mean_square(band) / REPLICAS as f64;

@@ -7,6 +7,7 @@
 
 use glam::DVec3;
 
+use super::receiver::Facing;
 use crate::mesh::{Elements, NO_ELEMENT};
 use crate::solve::Solution;
 use crate::transport::caster::{Hit, MISS, Ray};
@@ -31,17 +32,41 @@ const SQUARES_EVERY: u32 = 4;
 pub(super) struct Solved {
     pub(super) mesh: Elements,
     pub(super) solution: Solution,
-    /// `[element][replica][x, y, z, 0]`.
+    /// `[element][replica][channel][x, y, z, 0]`.
     xyz: Vec<f32>,
+    channels: usize,
 }
 
 impl Solved {
     pub(super) fn new(mesh: Elements, solution: Solution, optics: &Optics) -> Self {
-        let mut xyz = Vec::with_capacity(mesh.len() * solution.replicas * 4);
+        let channels = optics.channels();
+        let mut xyz = Vec::with_capacity(mesh.len() * solution.replicas * channels * 4);
         for bands in solution.radiosity.chunks_exact(optics.pad) {
-            xyz.extend_from_slice(&project(bands, optics));
+            optics.eyes.iter().for_each(|eye| xyz.extend_from_slice(&project(bands, eye)));
         }
-        Self { mesh, solution, xyz }
+        Self { mesh, solution, xyz, channels }
+    }
+
+    /// The same mesh with all channels of its optics added up: a solution of `whole` optics of one channel.
+    pub(super) fn joined(&self, optics: &Optics, whole: &Optics) -> Self {
+        let n = optics.bands.len();
+        let mut radiosity = vec![0.0f32; self.solution.radiosity.len() / optics.pad * whole.pad];
+        for (to, from) in radiosity.chunks_exact_mut(whole.pad).zip(self.solution.radiosity.chunks_exact(optics.pad)) {
+            to[..n].iter_mut().enumerate().for_each(|(band, b)| *b = optics.lanes(band).map(|lane| from[lane]).sum());
+        }
+        let fluxes = |all: &[Vec<f64>]| -> Vec<Vec<f64>> {
+            let of_band = |of: &[f64], band: usize| optics.lanes(band).map(|lane| of[lane]).sum::<f64>();
+            all.iter().map(|of| (0..n).map(|band| of_band(of, band)).collect()).collect()
+        };
+        let solution = Solution {
+            radiosity,
+            pad: whole.pad,
+            absorbed: fluxes(&self.solution.absorbed),
+            escaped: fluxes(&self.solution.escaped),
+            lost: fluxes(&self.solution.lost),
+            ..self.solution
+        };
+        Self::new(self.mesh.clone(), solution, whole)
     }
 
     /// The same mesh with the mean over the replicas: a single solution, for pictures.
@@ -64,14 +89,13 @@ impl Solved {
     }
 
     fn xyz(&self, element: u32) -> &[f32] {
-        let n = self.solution.replicas * 4;
+        let n = self.solution.replicas * self.channels * 4;
         &self.xyz[element as usize * n..(element as usize + 1) * n]
     }
 }
 
-fn project(bands: &[f32], optics: &Optics) -> [f32; 4] {
-    let weigh = |w: &[f32]| dot(bands, w);
-    [weigh(&optics.xyz[0]), weigh(&optics.xyz[1]), weigh(&optics.xyz[2]), 0.0]
+fn project(bands: &[f32], eye: &[Vec<f32>; 3]) -> [f32; 4] {
+    [dot(bands, &eye[0]), dot(bands, &eye[1]), dot(bands, &eye[2]), 0.0]
 }
 
 /// Everything a gather reads.
@@ -99,44 +123,48 @@ pub(super) struct SetSums {
     shared: Vec<f32>,
     main_xyz: Vec<f32>,
     twin_xyz: Vec<f32>,
-    /// Sums of squares of the mean over replicas: Y for every ray, bands for every fourth.
-    square_y: f64,
+    /// Sums of squares of the mean over replicas: Y for every ray, the products of every two channels; bands for every
+    /// fourth.
+    square_y: Vec<f64>,
     /// Sum of Y over the rays of which the squares were summed, with their number.
     squared_y: (f64, u32),
     square_bands: Vec<f64>,
     squared: u32,
-    /// Y of rays that saw the sky in a mirror first, and of those that met the ground there or an outside surface first.
-    seen_sky_y: f64,
-    external_y: f64,
+    /// Y by channel of rays that saw the sky in a mirror first, and of those that met the ground there or an outside surface
+    /// first.
+    seen_sky_y: Vec<f64>,
+    external_y: Vec<f64>,
 }
 
 impl SetSums {
     /// Sums of nothing, for a number of solutions, with room for a twin where one is looked up.
-    pub(super) fn new(pad: usize, replicas: usize, twin: bool) -> Self {
+    pub(super) fn new(optics: &Optics, replicas: usize, twin: bool) -> Self {
+        let (pad, channels) = (optics.pad, optics.channels());
         let of_twin = if twin { replicas } else { 0 };
         Self {
             rays: 0,
             main: vec![0.0; replicas * pad],
             twin: vec![0.0; of_twin * pad],
             shared: vec![0.0; pad],
-            main_xyz: vec![0.0; 4 * replicas],
-            twin_xyz: vec![0.0; 4 * of_twin],
-            square_y: 0.0,
+            main_xyz: vec![0.0; 4 * replicas * channels],
+            twin_xyz: vec![0.0; 4 * of_twin * channels],
+            square_y: vec![0.0; channels * channels],
             squared_y: (0.0, 0),
             square_bands: vec![0.0; pad],
             squared: 0,
-            seen_sky_y: 0.0,
-            external_y: 0.0,
+            seen_sky_y: vec![0.0; channels],
+            external_y: vec![0.0; channels],
         }
     }
 
-    /// Mean over the rays in one band.
-    pub(super) fn band(&self, replica: usize, band: usize, pad: usize, twin: bool) -> f64 {
+    /// Mean over the rays in one band, all channels together.
+    pub(super) fn band(&self, replica: usize, band: usize, optics: &Optics, twin: bool) -> f64 {
         let values = if twin { &self.twin } else { &self.main };
-        (f64::from(values[replica * pad + band]) + f64::from(self.shared[band])) / f64::from(self.rays.max(1))
+        let in_lane = |lane: usize| f64::from(values[replica * optics.pad + lane]) + f64::from(self.shared[lane]);
+        optics.lanes(band).map(in_lane).sum::<f64>() / f64::from(self.rays.max(1))
     }
 
-    /// Means over the rays, band by band.
+    /// Means over the rays, band by band of every channel.
     pub(super) fn bands(&self, replica: usize, pad: usize, twin: bool) -> impl Iterator<Item = f64> + '_ {
         let n = f64::from(self.rays.max(1));
         let values = if twin { &self.twin } else { &self.main };
@@ -146,39 +174,47 @@ impl SetSums {
             .map(move |(v, s)| (f64::from(*v) + f64::from(*s)) / n)
     }
 
-    /// Mean XYZ over the rays, of main or twin.
-    pub(super) fn xyz(&self, replica: usize, optics: &Optics, twin: bool) -> [f64; 3] {
+    /// Mean XYZ over the rays, of main or twin, with a level for each channel.
+    pub(super) fn xyz(&self, replica: usize, optics: &Optics, levels: &[f64], twin: bool) -> [f64; 3] {
         let far = if twin { &self.twin_xyz } else { &self.main_xyz };
         let n = f64::from(self.rays.max(1));
-        let mut xyz: [f64; 3] = std::array::from_fn(|k| f64::from(far[replica * 4 + k]) / n);
-        for (b, value) in self.bands(replica, optics.pad, twin).enumerate() {
+        let of_replica = &far[replica * 4 * levels.len()..(replica + 1) * 4 * levels.len()];
+        let mut xyz = [0.0; 3];
+        for (values, level) in of_replica.chunks_exact(4).zip(levels) {
+            xyz.iter_mut().zip(values).for_each(|(sum, v)| *sum += level * f64::from(*v) / n);
+        }
+        let bands = optics.bands.len();
+        for (lane, value) in self.bands(replica, optics.pad, twin).enumerate().take(bands * levels.len()) {
             for (sum, w) in xyz.iter_mut().zip(&optics.xyz) {
-                *sum += value * f64::from(w[b]);
+                *sum += levels[lane / bands] * value * f64::from(w[lane]);
             }
         }
         xyz
     }
 
-    /// Illuminance by way of the sky in mirrors, and by what lies outside, before any other reflection.
-    pub(super) fn outside_y(&self) -> (f64, f64) {
+    /// Illuminance by way of the sky in mirrors, and by what lies outside, before any other reflection; with a level for
+    /// each channel.
+    pub(super) fn outside_y(&self, levels: &[f64]) -> (f64, f64) {
         let n = f64::from(self.rays.max(1));
-        (self.seen_sky_y / n, self.external_y / n)
+        let sum = |by_channel: &[f64]| by_channel.iter().zip(levels).map(|(y, level)| level * y).sum::<f64>() / n;
+        (sum(&self.seen_sky_y), sum(&self.external_y))
     }
 
-    /// Mean square of a ray's Y.
-    pub(super) fn mean_square_y(&self) -> f64 {
-        self.square_y / f64::from(self.rays.max(1))
+    /// Mean square of a ray's Y, with a level for each channel.
+    pub(super) fn mean_square_y(&self, levels: &[f64]) -> f64 {
+        let rows = self.square_y.chunks_exact(levels.len()).zip(levels);
+        let sum: f64 = rows.map(|(row, a)| a * row.iter().zip(levels).map(|(s, b)| s * b).sum::<f64>()).sum();
+        sum / f64::from(self.rays.max(1))
     }
 
-    /// Variance of a ray's Y, where the squares of some rays alone were summed.
+    /// Variance of a ray's Y, all channels together, from the rays of which the squares were summed in a spectral run.
     pub(super) fn variance_y(&self) -> f64 {
         let (sum, count) = (self.squared_y.0, f64::from(self.squared_y.1.max(1)));
-        // Of a spectral run every fourth ray is in the mean square, with its weight.
-        let square = self.square_y / f64::from(SQUARES_EVERY) / count;
+        let square = self.square_y.iter().sum::<f64>() / f64::from(SQUARES_EVERY) / count;
         (square - (sum / count).powi(2)).max(0.0)
     }
 
-    /// Mean square of a ray's value in a band.
+    /// Mean square of a ray's value in a band, all channels together.
     pub(super) fn mean_square(&self, band: usize) -> f64 {
         self.square_bands[band] / f64::from(self.squared.max(1))
     }
@@ -192,6 +228,8 @@ pub(super) struct Gatherer<'a> {
     tint: Tint,
     throughput: Vec<f32>,
     value: Vec<f32>,
+    /// Y of one ray, by channel.
+    eye: Vec<f32>,
     factors: Vec<f64>,
     rays: Vec<Ray>,
     hits: Vec<Hit>,
@@ -242,6 +280,7 @@ impl<'a> Gatherer<'a> {
             tint: Tint::new(pad),
             throughput: vec![1.0; pad],
             value: vec![0.0; pad],
+            eye: vec![0.0; field.optics.channels()],
             factors: vec![0.0; field.optics.columns()],
             rays: Vec::new(),
             hits: Vec::new(),
@@ -269,8 +308,8 @@ impl<'a> Gatherer<'a> {
     }
 
     /// Adds the rays `from..to` of a set to its sums.
-    pub(super) fn gather(&mut self, x: DVec3, normal: DVec3, stream: u64, range: (u32, u32), sums: &mut SetSums) {
-        self.each(x, normal, stream, range, |own, k, end, plain| own.sum(k, end, plain, sums));
+    pub(super) fn gather(&mut self, x: DVec3, facing: Facing, stream: u64, range: (u32, u32), sums: &mut SetSums) {
+        self.each(x, facing, stream, range, |own, k, end, plain| own.sum(k, end, plain, sums));
     }
 
     /// Tells `visit` of each ray of a set where its light is read (element, element of the twin), what the way leaves in
@@ -284,7 +323,7 @@ impl<'a> Gatherer<'a> {
         mut visit: impl FnMut(Option<(u32, u32)>, Option<&[f32]>, &[(Found, Vec<f32>)]),
     ) -> u32 {
         let mut rays = 0;
-        self.each(x, normal, stream, (0, count), |own, _, end, plain| {
+        self.each(x, normal.into(), stream, (0, count), |own, _, end, plain| {
             let found = own.found.take().unwrap_or_default();
             let read = match end {
                 End::Covered => None,
@@ -303,7 +342,7 @@ impl<'a> Gatherer<'a> {
     fn each(
         &mut self,
         x: DVec3,
-        normal: DVec3,
+        facing: Facing,
         stream: u64,
         range: (u32, u32),
         mut visit: impl FnMut(&mut Self, u32, End, bool),
@@ -317,7 +356,7 @@ impl<'a> Gatherer<'a> {
             rays.clear();
             rays.extend((from..to).map(|k| {
                 let (a, b) = points.pair(k, 0);
-                Ray::new(x, cosine_direction(normal, a, b))
+                Ray::new(x, facing.direction(a, b))
             }));
             hits.clear();
             hits.resize(rays.len(), Hit { t: 0.0, surface: MISS });
@@ -344,7 +383,8 @@ impl<'a> Gatherer<'a> {
             return;
         }
         sums.rays += 1;
-        let mut y = 0.0;
+        let channels = self.field.optics.channels();
+        self.eye.fill(0.0);
         if !plain {
             for (s, v) in sums.shared.iter_mut().zip(&self.value) {
                 *s += v;
@@ -358,7 +398,10 @@ impl<'a> Gatherer<'a> {
                 let values = field.main.xyz(main);
                 add(&mut sums.main_xyz, values);
                 add(&mut sums.twin_xyz, twin_of.xyz(twin));
-                y += values.chunks_exact(4).map(|v| v[1]).sum::<f32>() / (values.len() / 4) as f32;
+                let replicas = (values.len() / (4 * channels)) as f32;
+                for (channel, y) in self.eye.iter_mut().enumerate() {
+                    *y += values.chunks_exact(4).skip(channel).step_by(channels).map(|v| v[1]).sum::<f32>() / replicas;
+                }
             } else if plain {
                 let values = field.main.solution.of(main);
                 add(&mut sums.main, values);
@@ -372,24 +415,30 @@ impl<'a> Gatherer<'a> {
             }
         }
         if !plain || wants_squares {
-            y += dot(&self.value, &self.field.optics.xyz[1]);
+            for (y, eye) in self.eye.iter_mut().zip(&self.field.optics.eyes) {
+                *y += dot(&self.value, &eye[1]);
+            }
         }
+        let add_y = |sums: &mut [f64]| sums.iter_mut().zip(&self.eye).for_each(|(sum, y)| *sum += f64::from(*y));
         match self.first {
             First::Inside => {}
-            First::Sky => sums.seen_sky_y += f64::from(y),
-            First::External => sums.external_y += f64::from(y),
+            First::Sky => add_y(&mut sums.seen_sky_y),
+            First::External => add_y(&mut sums.external_y),
         }
-        if !self.field.spectral {
-            sums.square_y += f64::from(y) * f64::from(y);
-        } else if wants_squares {
-            sums.square_y += f64::from(y) * f64::from(y) * f64::from(SQUARES_EVERY);
-            sums.squared_y.0 += f64::from(y);
-            sums.squared_y.1 += 1;
-            if self.field.squares {
-                sums.squared += 1;
-                for (s, v) in sums.square_bands.iter_mut().zip(&self.value) {
-                    *s += f64::from(*v) * f64::from(*v);
-                }
+        if self.field.spectral && !wants_squares {
+            return;
+        }
+        let times = if self.field.spectral { f64::from(SQUARES_EVERY) } else { 1.0 };
+        for (row, a) in sums.square_y.chunks_exact_mut(channels).zip(&self.eye) {
+            row.iter_mut().zip(&self.eye).for_each(|(s, b)| *s += f64::from(*a) * f64::from(*b) * times);
+        }
+        sums.squared_y.0 += self.eye.iter().map(|y| f64::from(*y)).sum::<f64>();
+        sums.squared_y.1 += 1;
+        if self.field.spectral && self.field.squares {
+            sums.squared += 1;
+            for (band, s) in sums.square_bands.iter_mut().take(self.field.optics.bands.len()).enumerate() {
+                let value: f64 = self.field.optics.lanes(band).map(|lane| f64::from(self.value[lane])).sum();
+                *s += value * value;
             }
         }
     }

@@ -5,6 +5,7 @@
 //! error, and refines what the statement blames.
 
 mod adaptive;
+mod appraisal;
 mod camera;
 mod classic;
 mod coefficients;
@@ -15,11 +16,15 @@ mod options;
 mod path_tracing;
 mod picture;
 mod probe;
+mod receiver;
 mod remarks;
 mod result;
+mod room_surfaces;
 mod run;
 mod statement;
+mod states;
 
+pub use appraisal::{Appraisal, Judged, Power, RoomSurface, Verdict};
 pub use coefficients::{Coefficients, ESTIMATES, GridCoefficients, SunScratch};
 pub use options::{Display, Method, Progress, Silent, SolveOptions};
 pub use remarks::remarks;

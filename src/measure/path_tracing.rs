@@ -31,6 +31,8 @@ const MAX_BOUNCES: u32 = 10_000;
 /// Dimensions of the point set that one bounce takes: emitter (3), direction (2), pane, roulette, spare, sun (2),
 /// pane to the sky (3).
 const STRIDE: u32 = 13;
+/// The number that draws a plane of a cylinder: beyond those of all reflections.
+const PLANE: u32 = STRIDE * (MAX_BOUNCES + 1);
 
 /// Buffers of one thread.
 pub(super) struct Tracer<'a> {
@@ -62,7 +64,7 @@ pub(super) fn emitter_odds(world: &World, optics: &Optics) -> Vec<(f64, f64)> {
     powers
         .into_iter()
         .map(|power| {
-            let own = power / total;
+            let own = if total > 0.0 { power / total } else { 0.0 }; // all may be off
             sum += own;
             (sum, own)
         })
@@ -280,7 +282,8 @@ pub(super) fn grid(
             || Tracer::new(world, optics, &odds),
             |tracer, (i, s)| {
                 let before = tracer.cast + tracer.scratch.rays;
-                let result = tracer.sensor(s, seed(&[stream, i as u64]), paths, spectral);
+                let probe = Probe::new(world, s, grid.receiver);
+                let result = tracer.sensor(s, &probe, seed(&[stream, i as u64]), paths, spectral);
                 progress.advance(1);
                 (result, tracer.cast + tracer.scratch.rays - before)
             },
@@ -292,15 +295,14 @@ pub(super) fn grid(
 }
 
 impl Tracer<'_> {
-    fn sensor(&mut self, sensor: &Sensor, stream: u64, paths: u64, spectral: bool) -> SensorResult {
-        let probe = Probe::new(self.world, sensor);
+    fn sensor(&mut self, sensor: &Sensor, probe: &Probe, stream: u64, paths: u64, spectral: bool) -> SensorResult {
         let mut result = SensorResult::new(sensor, probe.status);
         if probe.status != Status::Ok {
             return result;
         }
         let per_batch = (paths / BATCHES as u64).max(1) as u32;
         let batches: Vec<Batch> =
-            (0..BATCHES).map(|b| self.batch(&probe, seed(&[stream, b as u64]), per_batch)).collect();
+            (0..BATCHES).map(|b| self.batch(probe, seed(&[stream, b as u64]), per_batch)).collect();
         let n = self.optics.bands.len();
         let bands = |b: &Batch| -> Vec<f64> {
             (0..n)
@@ -327,7 +329,7 @@ impl Tracer<'_> {
         result.error_lx = half_width(&|b| optics.bands.xyz(b)[1]).1;
         result.xyz = optics.bands.xyz(&means.iter().map(|b| b.irradiance).collect::<Vec<_>>());
         let mean = |f: &dyn Fn(&Batch) -> f64| batches.iter().map(|b| f(b) / b.paths).sum::<f64>() / BATCHES as f64;
-        let part = |part| mean(&|b| optics.lux_of_direct(&b.direct, part));
+        let part = |part| mean(&|b| optics.lux_of_direct(&b.direct, &[1.0], part));
         let lux = |bands: &[f64]| optics.bands.xyz(&bands[..n])[1];
         let external = mean(&|b| lux(&b.external));
         result.direct_lx = part(LightPart::Lamps);
@@ -350,7 +352,8 @@ impl Tracer<'_> {
             paths: 0.0,
         };
         for k in 0..paths {
-            if !self.trace(probe.position, probe.normal, &points, k) {
+            let normal = probe.facing.plane(points.get(k, PLANE));
+            if !self.trace(probe.position, normal, &points, k) {
                 continue;
             }
             batch.paths += 1.0;
@@ -372,7 +375,7 @@ impl Tracer<'_> {
 
     /// Irradiance at a point by `paths` paths, by band: for pictures.
     pub(super) fn irradiance(&mut self, x: DVec3, normal: DVec3, stream: u64, paths: u32) -> Vec<f32> {
-        let probe = Probe { position: x, normal, status: Status::Ok };
+        let probe = Probe { position: x, normal, facing: normal.into(), status: Status::Ok };
         let batch = self.batch(&probe, stream, paths);
         (0..self.optics.pad)
             .map(|band| {

@@ -2,8 +2,9 @@
 
 use glam::DVec3;
 
+use super::receiver::Facing;
 use super::result::Status;
-use crate::scene::Sensor;
+use crate::scene::{Receiver, Sensor};
 use crate::transport::caster::{MISS, Ray};
 use crate::transport::points::Points;
 use crate::transport::{World, cosine_direction};
@@ -17,13 +18,17 @@ const LOOKS: u32 = 16;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Probe {
     pub(super) position: DVec3,
+    /// Normal of a plane, the vertical for bodies.
     pub(super) normal: DVec3,
+    pub(super) facing: Facing,
     pub(super) status: Status,
 }
 
 impl Probe {
-    pub(super) fn new(world: &World, sensor: &Sensor) -> Self {
-        let (normal, mut position) = (sensor.normal, world.surfaces.frame.to_local(sensor.position));
+    pub(super) fn new(world: &World, sensor: &Sensor, receiver: Receiver) -> Self {
+        let normal = if receiver == Receiver::Plane { sensor.normal } else { DVec3::Z };
+        let facing = Facing::new(receiver, sensor.normal);
+        let mut position = world.surfaces.frame.to_local(sensor.position);
         let on = surface_below(world, position, normal);
         if let Some((surface, front)) = on {
             let s = &world.surfaces.list[surface];
@@ -34,7 +39,7 @@ impl Probe {
             (true, Some(_)) => Status::Covered,
             (true, None) => Status::Inside,
         };
-        Self { position, normal, status }
+        Self { position, normal, facing, status }
     }
 }
 

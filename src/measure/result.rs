@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::appraisal::Appraisal;
 use crate::scene::{GridLayout, View};
 use crate::spectrum::Bands;
 
@@ -12,16 +13,31 @@ pub struct Measurement {
     pub bands: Bands,
     /// One entry per grid of the scene.
     pub grids: Vec<GridResult>,
+    /// States of the lights: those that the scene names, then daylight and electric light apart where there are both.
+    pub states: Vec<StateResult>,
     /// One entry per view of the scene.
     pub views: Vec<ViewResult>,
     /// Horizontal illuminance in the open, lx, where a sky is the only light: what daylight factors refer to.
     pub outdoor_lx: Option<f64>,
     /// Glare of luminaires, for the grids that ask for it.
     pub glare: Vec<Glare>,
+    /// Requirements, watts, surfaces of the room.
+    pub appraisal: Appraisal,
     /// Where the light went, per band.
     pub ledger: Ledger,
     /// What was chosen and why, for the user to read.
     pub record: Record,
+}
+
+/// Illuminance in a state of the lights.
+#[derive(Clone, Debug)]
+pub struct StateResult {
+    /// Name of the state.
+    pub name: String,
+    /// Is it held to the tolerance, as the states that the scene names are?
+    pub held: bool,
+    /// One entry per grid of the scene.
+    pub grids: Vec<GridResult>,
 }
 
 /// Discomfort glare of luminaires for an eye at a sensor that looks along its normal.

@@ -4,22 +4,27 @@ use std::f64::consts::PI;
 use std::time::Instant;
 
 use glam::DVec3;
+use rayon::prelude::*;
 
-use super::adaptive::{Adapted, SensorState, Task, holding};
+use super::adaptive::{Adapted, Light, SensorState, Task};
+use super::appraisal::Appraisal;
 use super::coefficients::Coefficients;
+use super::gather::Solved;
 use super::options::{Method, Progress, SolveOptions};
-use super::probe::hidden;
+use super::probe::{Probe, hidden};
 use super::result::{
-    BandValue, GridResult, Ledger, LeftOut, Measurement, Record, SensorResult, Setting, Status, ViewResult,
+    BandValue, GridResult, Ledger, LeftOut, Measurement, Record, SensorResult, Setting, StateResult, Status, ViewResult,
 };
-use super::{classic, glare, ledger, path_tracing, picture};
+use super::statement::Stated;
+use super::states::{Channels, State};
+use super::{appraisal, classic, glare, ledger, path_tracing, picture, room_surfaces};
 use crate::error::{Error, Result};
 use crate::light::{Daylight, Emitter, Luminaire, Luminaires};
-use crate::scene::{MaterialKind, Scene};
+use crate::scene::{Grid, MaterialKind, Receiver, Scene, Sensor};
 use crate::spectrum::{Bands, SpectralValue, Spectrum};
 use crate::transport::caster::{MISS, Ray};
 use crate::transport::points::seed;
-use crate::transport::{GlazingUnit, LightPart, Optics, Pane, SUN, World};
+use crate::transport::{GlazingUnit, LightPart, Optics, Pane, SUN, World, most_mirrored_lx};
 
 /// Paths from a pixel, at most: a picture has many pixels and the eye averages.
 const PIXEL_PATHS: u64 = 256;
@@ -41,9 +46,14 @@ pub fn solve(scene: &Scene, options: &SolveOptions, progress: &dyn Progress) -> 
     let daylight = Daylight::new(scene)?;
     let luminaires = Luminaires::new(scene)?;
     let (bands, why) = plan_bands(scene, daylight.as_ref(), &luminaires, options.tolerance)?;
+    let power = appraisal::power(scene, &luminaires);
     let (told, tables) = (luminaires.warnings.clone(), luminaires.tables.clone());
     let world = World::with_daylight(scene, daylight).hang(luminaires);
-    let optics = Optics::new(scene, &world, bands);
+    let channels = match options.method {
+        Method::Auto | Method::PathTracing => Channels::new(scene, &world),
+        _ => Channels::one(&world),
+    };
+    let optics = Optics::in_channels(scene, &world, bands, &channels.of_group);
     let mut record = Record {
         method: options.method.name().into(),
         seed: options.seed,
@@ -67,12 +77,18 @@ pub fn solve(scene: &Scene, options: &SolveOptions, progress: &dyn Progress) -> 
     record.warnings.extend(buried_lamps(scene, &world));
     record.warnings.extend(covered_luminaires(scene, &world, &tables));
     record.timings_s.push(("geometry".into(), start.elapsed().as_secs_f64()));
-    let task = Task { scene, world: &world, optics: &optics, options, progress };
-    match options.method {
-        Method::Auto => by_radiosity(&task, record),
-        Method::PathTracing => Ok(by_path_tracing(&task, record)),
-        _ => classic::run(&task, record),
+    if !scene.states.is_empty() && channels.states.is_empty() {
+        record.warnings.push("the classic methods tell nothing of the states of the lights".into());
     }
+    let task = Task { scene, world: &world, optics: &optics, channels: &channels, options, progress };
+    let mut measurement = match options.method {
+        Method::Auto => by_radiosity(&task, record)?,
+        Method::PathTracing => by_path_tracing(&task, record),
+        _ => classic::run(&task, record)?,
+    };
+    measurement.appraisal.power = power;
+    appraisal::appraise(scene, &mut measurement);
+    Ok(measurement)
 }
 
 /// Daylight coefficients of a scene to the tolerance asked for under an even sky; reflected light in `parts` of
@@ -92,6 +108,10 @@ pub fn coefficients(
     if scene.faces.is_empty() {
         return Err(no_face());
     }
+    if scene.grids.iter().any(|g| g.receiver != Receiver::Plane) {
+        return Err(Error::unsupported("a year knows no cylindrical illuminance")
+            .mend("leave cylindrical and semicylindrical out of the scene of the year"));
+    }
     let start = Instant::now();
     let world = World::with_daylight(scene, Some(Daylight::uniform(day)));
     let (bands, why) = plan_bands(scene, world.daylight(), &Luminaires::default(), options.tolerance)?;
@@ -107,7 +127,8 @@ pub fn coefficients(
     if !(world.emitters.is_empty() && scene.luminaires.is_empty()) {
         record.warnings.push("a year is of daylight alone: the lamps of the scene are off".into());
     }
-    let task = Task { scene, world: &world, optics: &optics, options, progress };
+    let channels = Channels::one(&world);
+    let task = Task { scene, world: &world, optics: &optics, channels: &channels, options, progress };
     let mut adapted = task.refine()?;
     record.timings_s.append(&mut adapted.timings);
     describe(&task, &adapted, &mut record);
@@ -233,41 +254,64 @@ fn plan_bands(
 fn by_radiosity(task: &Task<'_>, mut record: Record) -> Result<Measurement> {
     let mut adapted = task.refine()?;
     let start = Instant::now();
-    let ledger = ledger::balance(task.world, task.optics, &adapted.main, task.options.tolerance, task.options.seed);
+    // Pictures and balance are of all light together.
+    let whole = (task.optics.channels() > 1).then(|| {
+        let optics = Optics::new(task.scene, task.world, task.optics.bands.clone());
+        let join = |solved: &Solved| solved.joined(task.optics, &optics);
+        (join(&adapted.main), join(&adapted.twin), optics)
+    });
+    let (main, twin, optics) =
+        whole.as_ref().map_or((&adapted.main, &adapted.twin, task.optics), |w| (&w.0, &w.1, &w.2));
+    let joined = Task { optics, ..*task };
+    let ledger = ledger::balance(task.world, optics, main, task.options.tolerance, task.options.seed);
     record.timings_s.append(&mut adapted.timings);
     record.timings_s.push(("energy balance".into(), start.elapsed().as_secs_f64()));
     check_ledger(&ledger, &mut record);
     let mut views = Vec::new();
     for (number, v) in task.scene.views.iter().enumerate() {
         let start = Instant::now();
-        let (painted, rays) = picture::paint(task, v, number, &adapted.main, &adapted.twin);
+        let (painted, rays) = picture::paint(&joined, v, number, main, twin);
         adapted.rays += rays;
         record.timings_s.push((format!("picture {}", v.name), start.elapsed().as_secs_f64()));
         views.push(painted);
     }
     describe(task, &adapted, &mut record);
     record.left_out.extend(omissions(task));
-    let grids: Vec<GridResult> = task
-        .scene
-        .grids
-        .iter()
-        .zip(&adapted.grids)
-        .map(|(grid, states)| GridResult {
-            name: grid.name.clone(),
-            layout: grid.layout.clone(),
-            holding: holding(states, task.options.tolerance),
-            sensors: grid.sensors.iter().zip(states).map(|(sensor, s)| reading(task, sensor, s)).collect(),
-        })
-        .collect();
+    let grids = grids(task, &adapted, |states| task.holding(states), |s| (s.light, s.y));
+    let of_state = |(k, state): (usize, &State)| StateResult {
+        name: state.name.clone(),
+        held: k < task.channels.held,
+        grids: self::grids(task, &adapted, |states| task.holding_in_state(states, k), |s| s.states[k]),
+    };
+    let states = task.channels.states.iter().enumerate().map(of_state).collect();
     Ok(Measurement {
         bands: task.optics.bands.clone(),
         glare: glare::ratings(task, &grids),
         grids,
+        states,
         views,
         outdoor_lx: outdoor_lx(task.world),
+        appraisal: Appraisal { surfaces: room_surfaces::surfaces(task, optics, main, twin), ..Appraisal::default() },
         ledger,
         record,
     })
+}
+
+/// What all grids read, in the state of the lights that `of` picks out.
+fn grids(
+    task: &Task<'_>,
+    adapted: &Adapted,
+    holding: impl Fn(&[SensorState]) -> usize,
+    of: impl Fn(&SensorState) -> (Light, Stated),
+) -> Vec<GridResult> {
+    let both = task.scene.grids.iter().zip(&adapted.grids);
+    both.map(|(grid, states)| GridResult {
+        name: grid.name.clone(),
+        layout: grid.layout.clone(),
+        holding: holding(states),
+        sensors: grid.sensors.iter().zip(states).map(|(sensor, s)| reading(sensor, s, of(s))).collect(),
+    })
+    .collect()
 }
 
 /// Horizontal illuminance under the whole sky, where it alone shines.
@@ -278,12 +322,32 @@ fn outdoor_lx(world: &World) -> Option<f64> {
 
 /// What daylight and luminaires leave out, told.
 fn omissions(task: &Task<'_>) -> Vec<LeftOut> {
-    let hung = (!task.world.emitters.luminaires.is_empty() && task.world.has_specular()).then(|| LeftOut {
+    further_suns(task).into_iter().chain(mirrored_luminaires(task)).collect()
+}
+
+/// What mirrors and panes throw on of the light of luminaires, which show in no image.
+fn mirrored_luminaires(task: &Task<'_>) -> Option<LeftOut> {
+    let (world, scene) = (task.world, task.scene);
+    if world.emitters.luminaires.is_empty() || !world.has_specular() {
+        return None;
+    }
+    let at = |grid: &Grid, s: &Sensor| {
+        let p = Probe::new(world, s, grid.receiver);
+        // No side of a body gets more than a plane that faces the light.
+        let lx = |normal| most_mirrored_lx(world, &task.optics.speculars, (p.position, normal));
+        match grid.receiver {
+            Receiver::Plane => lx(p.normal),
+            _ => [DVec3::X, DVec3::Y, DVec3::NEG_X, DVec3::NEG_Y].map(lx).into_iter().sum(),
+        }
+    };
+    let most = |g: &Grid| g.sensors.par_iter().map(|s| at(g, s)).reduce(|| 0.0, f64::max);
+    let most_lx = scene.grids.iter().map(most).fold(0.0, f64::max);
+    Some(LeftOut {
         what: "light of luminaires mirrored by mirrors and panes".into(),
-        bound: "not bounded: at most the luminaire's light times the mirror's reflectance, where its image falls"
-            .into(),
-    });
-    further_suns(task).into_iter().chain(hung).collect()
+        bound: format!(
+            "at most {most_lx:.3e} lx at any point of the grids by one reflection; what goes on from there to other surfaces is the unexpanded flux of the energy balance"
+        ),
+    })
 }
 
 /// What the sun gives by more than one reflection at mirrors.
@@ -291,26 +355,24 @@ fn further_suns(task: &Task<'_>) -> Option<LeftOut> {
     let share = task.world.sun_images().bound(task.world, &task.optics.speculars)?;
     let mut face_on = vec![0.0; task.optics.columns()];
     face_on[task.optics.lamps + SUN] = 1.0;
-    let sun_lx = task.optics.lux_of_direct(&face_on, LightPart::Sun);
+    let sun_lx = task.optics.lux_of_direct(&face_on, &task.optics.full(), LightPart::Sun);
     Some(LeftOut {
         what: "sun by two and more reflections at mirrors and panes".into(),
         bound: format!("at most {:.3e} lx for each such image of the sun, where it falls", share * sun_lx),
     })
 }
 
-fn reading(task: &Task<'_>, sensor: &crate::scene::Sensor, s: &SensorState) -> SensorResult {
+fn reading(sensor: &Sensor, s: &SensorState, (light, y): (Light, Stated)) -> SensorResult {
     let mut result = SensorResult::new(sensor, s.probe.status);
     if s.probe.status == Status::Ok {
-        result.xyz = s.xyz;
-        result.error_lx = s.y.error;
-        result.direct_lx = s.direct_y;
-        result.sun_lx = s.sun_y;
-        result.sky_lx = s.sky_y;
-        result.external_lx = s.external_y;
-        result.reflected_lx = s.reflected_y;
-        if task.options.spectral {
-            result.spectral = s.bands.iter().map(|b| BandValue { irradiance: b.value, error: b.error }).collect();
-        }
+        result.xyz = light.xyz;
+        result.error_lx = y.error;
+        result.direct_lx = light.direct_y;
+        result.sun_lx = light.sun_y;
+        result.sky_lx = light.sky_y;
+        result.external_lx = light.external_y;
+        result.reflected_lx = light.reflected_y;
+        result.spectral = s.bands.iter().map(|b| BandValue { irradiance: b.value, error: b.error }).collect();
     }
     result
 }
@@ -350,7 +412,7 @@ fn describe(task: &Task<'_>, a: &Adapted, record: &mut Record) {
     });
     for (grid, states) in task.scene.grids.iter().zip(&a.grids) {
         let lit = states.iter().filter(|s| s.probe.status == Status::Ok).count();
-        let held = holding(states, task.options.tolerance);
+        let held = task.holding(states);
         if (held as f64) < super::adaptive::HOLD * lit as f64 {
             record.warnings.push(format!(
                 "grid {:?}: {held} of {lit} points hold the tolerance; the rest would need more elements or rays than this version takes, and their error says so",
@@ -391,25 +453,22 @@ fn by_path_tracing(task: &Task<'_>, mut record: Record) -> Measurement {
         value: paths.to_string(),
         why: if task.options.paths.is_some() { "as asked" } else { "from the tolerance" }.into(),
     });
-    let mut rays = 0;
-    let mut grids = Vec::new();
-    for (g, grid) in task.scene.grids.iter().enumerate() {
-        let start = Instant::now();
-        task.progress.stage(&format!("paths from grid {}", grid.name), grid.sensors.len() as u64);
-        let stream = seed(&[task.options.seed, 9, g as u64]);
-        let (mut result, cast) =
-            path_tracing::grid(task.world, task.optics, grid, stream, paths, task.options.spectral, task.progress);
-        result.holding = count_holding(&result, task.options.tolerance);
-        rays += cast;
-        record.timings_s.push((format!("grid {}", grid.name), start.elapsed().as_secs_f64()));
-        grids.push(result);
+    let whole = Optics::new(task.scene, task.world, task.optics.bands.clone());
+    let (grids, mut rays) = traced(task, &whole, paths, "", &mut record);
+    let mut states = Vec::new();
+    for (k, state) in task.channels.states.iter().enumerate() {
+        let levels: Vec<f64> = task.channels.of_group.iter().map(|channel| state.levels[*channel]).collect();
+        let (grids, more) = traced(task, &whole.dimmed(&levels), paths, &state.name, &mut record);
+        rays += more;
+        states.push(StateResult { name: state.name.clone(), held: k < task.channels.held, grids });
     }
+    let joined = Task { optics: &whole, ..*task };
     let views: Vec<ViewResult> = task
         .scene
         .views
         .iter()
         .enumerate()
-        .map(|(number, v)| picture::trace(task, v, number, paths.min(PIXEL_PATHS)))
+        .map(|(number, v)| picture::trace(&joined, v, number, paths.min(PIXEL_PATHS)))
         .collect();
     record.left_out.extend(omissions(task));
     record.counts.extend([("rays".into(), rays), ("paths_per_sensor".into(), paths)]);
@@ -417,11 +476,32 @@ fn by_path_tracing(task: &Task<'_>, mut record: Record) -> Measurement {
         bands: task.optics.bands.clone(),
         glare: glare::ratings(task, &grids),
         grids,
+        states,
         views,
         outdoor_lx: outdoor_lx(task.world),
+        appraisal: Appraisal::default(),
         ledger: Ledger::default(),
         record,
     }
+}
+
+/// All grids by path tracing in one state of the lights, and the rays cast.
+fn traced(task: &Task<'_>, optics: &Optics, paths: u64, state: &str, record: &mut Record) -> (Vec<GridResult>, u64) {
+    let mut rays = 0;
+    let mut grids = Vec::new();
+    for (g, grid) in task.scene.grids.iter().enumerate() {
+        let start = Instant::now();
+        let name = format!("grid {} {state}", grid.name);
+        task.progress.stage(&format!("paths from {}", name.trim_end()), grid.sensors.len() as u64);
+        let stream = seed(&[task.options.seed, 9, g as u64]);
+        let (mut result, cast) =
+            path_tracing::grid(task.world, optics, grid, stream, paths, task.options.spectral, task.progress);
+        result.holding = count_holding(&result, task.options.tolerance);
+        rays += cast;
+        record.timings_s.push((name.trim_end().into(), start.elapsed().as_secs_f64()));
+        grids.push(result);
+    }
+    (grids, rays)
 }
 
 /// Sensors whose half-widths hold the tolerance, in lux and in every band reported.

@@ -7,6 +7,7 @@ mod annual;
 mod annual_json;
 mod annual_pictures;
 mod annual_tables;
+mod appraisal;
 mod canvas;
 mod chart;
 mod curves;
@@ -15,10 +16,12 @@ mod exr;
 mod field;
 mod figure;
 mod file;
+mod footcandles;
 mod hdr;
 mod isolines;
 mod legend;
 mod map;
+mod modelling;
 mod panel;
 mod png;
 mod polar;
@@ -38,6 +41,7 @@ pub use annual::write_year;
 pub use annual_json::year_json;
 pub use chart::write_chart;
 pub use curves::{Curve, CurvePanel, Curves, write_curves};
+pub use footcandles::{LUX_PER_FOOTCANDLE, in_footcandles};
 pub use polar::write_polar;
 pub use run_json::run_json;
 pub use stages::write_stages;
@@ -93,6 +97,18 @@ pub fn write_all(
     };
     write("illuminance.csv", table::illuminance(scene, m)?)?;
     write("summary.csv", table::summary(m)?)?;
+    if !m.states.is_empty() {
+        write("states.csv", table::states(scene, m)?)?;
+    }
+    if !m.appraisal.requirements.is_empty() {
+        write("requirements.csv", appraisal::requirements(&m.appraisal)?)?;
+    }
+    if !m.appraisal.surfaces.is_empty() {
+        write("surfaces.csv", appraisal::surfaces(&m.appraisal)?)?;
+    }
+    if !scene.modelling.is_empty() {
+        write("modelling.csv", modelling::modelling(scene, m)?)?;
+    }
     if spectral && m.bands.is_spectral() {
         write("irradiance.csv", table::irradiance(m)?)?;
     }

@@ -4,7 +4,7 @@ use serde_json::{Map, Value, json};
 
 use super::Provenance;
 use super::table::{Statistics, Values};
-use crate::measure::{GridResult, Ledger, Measurement, Record, ViewResult};
+use crate::measure::{GridResult, Ledger, Measurement, Record, StateResult, ViewResult};
 use crate::scene::Scene;
 
 /// Version of the record's form.
@@ -21,9 +21,11 @@ pub fn run_json(scene: &Scene, m: &Measurement, provenance: &Provenance) -> Valu
         ("energy_balance", balance(m)),
         ("bands", json!(bands(m))),
         ("grids", json!(m.grids.iter().map(|g| grid(g, m.outdoor_lx)).collect::<Vec<_>>())),
+        ("states", json!(m.states.iter().map(state).collect::<Vec<_>>())),
         ("views", json!(m.views.iter().map(view).collect::<Vec<_>>())),
     ];
     object.extend(own.map(|(k, v)| (k.to_owned(), v)));
+    object.extend(super::appraisal::keys(&m.appraisal).map(|(k, v)| (k.to_owned(), v)));
     Value::Object(object)
 }
 
@@ -141,6 +143,10 @@ fn grid(grid: &GridResult, outdoor_lx: Option<f64>) -> Value {
         "holding": s.holding,
         "holding_share": s.holding_share(),
     })
+}
+
+fn state(state: &StateResult) -> Value {
+    json!({ "name": state.name, "grids": state.grids.iter().map(|g| grid(g, None)).collect::<Vec<_>>() })
 }
 
 fn view(result: &ViewResult) -> Value {

@@ -28,7 +28,7 @@ const ILLUMINANCE: [&str; 20] = [
     "cct_K",
 ];
 
-const SUMMARY: [&str; 14] = [
+const SUMMARY: [&str; 15] = [
     "grid",
     "points",
     "ok",
@@ -43,6 +43,7 @@ const SUMMARY: [&str; 14] = [
     "holding",
     "holding_share",
     "daylight_factor_percent",
+    "state",
 ];
 
 const IRRADIANCE: [&str; 6] = ["grid", "point", "band_lo_nm", "band_hi_nm", "irradiance_W_m2_nm", "error_W_m2_nm"];
@@ -73,15 +74,29 @@ pub(super) fn glare(m: &Measurement) -> Result<Vec<u8>> {
 /// `illuminance.csv`: one line per sensor, in the user's order and axes; points count from 0.
 pub(super) fn illuminance(scene: &Scene, m: &Measurement) -> Result<Vec<u8>> {
     let mut table = Table::new(&ILLUMINANCE)?;
-    for grid in &m.grids {
-        for (point, sensor) in grid.sensors.iter().enumerate() {
-            let row = sensor_row(scene.axes, sensor).map_err(|e| at(grid, point, &e))?;
-            let mut line = vec![grid.name.clone(), point.to_string()];
-            line.extend(row);
-            table.line(&line)?;
-        }
+    sensor_lines(&mut table, scene.axes, &m.grids, None)?;
+    table.finish()
+}
+
+/// `states.csv`: the same in every state of the lights, whose name comes first.
+pub(super) fn states(scene: &Scene, m: &Measurement) -> Result<Vec<u8>> {
+    let header: Vec<&str> = std::iter::once("state").chain(ILLUMINANCE).collect();
+    let mut table = Table::new(&header)?;
+    for state in &m.states {
+        sensor_lines(&mut table, scene.axes, &state.grids, Some(&state.name))?;
     }
     table.finish()
+}
+
+fn sensor_lines(table: &mut Table, axes: Axes, grids: &[GridResult], state: Option<&String>) -> Result<()> {
+    for grid in grids {
+        for (point, sensor) in grid.sensors.iter().enumerate() {
+            let row = sensor_row(axes, sensor).map_err(|e| at(grid, point, &e))?;
+            let names = state.into_iter().cloned().chain([grid.name.clone(), point.to_string()]);
+            table.line(&names.chain(row).collect::<Vec<_>>())?;
+        }
+    }
+    Ok(())
 }
 
 fn sensor_row(axes: Axes, s: &SensorResult) -> Checked<Vec<String>> {
@@ -200,10 +215,11 @@ fn median(sorted: &[f64]) -> Option<f64> {
     Some(0.5 * (sorted[sorted.len() / 2 - 1] + upper))
 }
 
-/// `summary.csv`: one line per grid; empty where there is nothing to say.
+/// `summary.csv`: one line per grid, then one per grid in each state of the lights; empty where there is nothing to say.
 pub(super) fn summary(m: &Measurement) -> Result<Vec<u8>> {
     let mut table = Table::new(&SUMMARY)?;
-    for grid in &m.grids {
+    let of_states = m.states.iter().flat_map(|s| s.grids.iter().map(|g| (g, s.name.clone())));
+    for (grid, state) in m.grids.iter().map(|g| (g, String::new())).chain(of_states) {
         let s = Statistics::of(grid);
         let optional = |v: Option<f64>| match v {
             Some(v) => number(v).map_err(|e| at_grid(grid, &e)),
@@ -225,6 +241,7 @@ pub(super) fn summary(m: &Measurement) -> Result<Vec<u8>> {
             s.holding.to_string(),
             optional(s.holding_share())?,
             optional(v.and_then(|v| v.daylight_factor_percent(m.outdoor_lx)))?,
+            state,
         ])?;
     }
     table.finish()
@@ -275,7 +292,7 @@ pub(super) fn number(v: f64) -> Checked<String> {
     })
 }
 
-fn at(grid: &GridResult, point: usize, e: &NotFinite) -> Error {
+pub(super) fn at(grid: &GridResult, point: usize, e: &NotFinite) -> Error {
     Error::new(ErrorKind::Internal, format!("grid {:?}, point {point}: a value is {}", grid.name, e.0))
 }
 

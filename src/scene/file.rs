@@ -13,7 +13,9 @@ use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{Error as _, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
+use super::dimming::StateDef;
 use super::luminaire::LuminaireDef;
+use super::requirement::{EmergencyDef, PowerDef, RequirementDef};
 use super::sky::{SiteDef, SkyDef};
 use super::suggest;
 use super::usage::{AnnualDef, BlindDef};
@@ -110,6 +112,11 @@ pub(crate) struct SceneFile {
     /// Luminaires: photometric files and where they hang.
     #[serde(default)]
     pub(crate) luminaires: Vec<At<LuminaireDef>>,
+    /// What the watts of the luminaires refer to.
+    pub(crate) power: Option<At<PowerDef>>,
+    /// States of the lights, reported beside the scene as it stands.
+    #[serde(default)]
+    pub(crate) states: Vec<At<StateDef>>,
     /// What a year of daylight is judged by.
     pub(crate) annual: Option<At<AnnualDef>>,
     /// Blinds before windows, for a year of daylight.
@@ -320,6 +327,8 @@ pub(crate) struct EmissionDef {
     /// Emit from the back as well.
     #[serde(default)]
     pub(crate) two_sided: bool,
+    /// Group of lamps that the states dim together.
+    pub(crate) group: Option<String>,
 }
 
 /// An illuminant name, a colour temperature in K, or a CSV file of relative values.
@@ -353,6 +362,16 @@ pub(crate) struct GridDef {
     /// Rate the glare of luminaires (UGR) for eyes at the points that look along the normals.
     #[serde(default)]
     pub(crate) ugr: bool,
+    /// Cylindrical illuminance (EN 12464-1) at the points too, as the grid `<name>_cylindrical`; and the modelling ratio.
+    #[serde(default)]
+    pub(crate) cylindrical: bool,
+    /// Level direction for which the semi-cylindrical illuminance (EN 13201-3) at the points is asked too, as the grid
+    /// `<name>_semicylindrical`.
+    pub(crate) semicylindrical: Option<At<[f64; 3]>>,
+    /// Limits to keep, as EN 12464-1 sets them.
+    pub(crate) requirement: Option<RequirementDef>,
+    /// Limits of emergency lighting to keep (EN 1838), `{}` for the usual ones.
+    pub(crate) emergency: Option<EmergencyDef>,
     /// Direction that the points face. u × v for `plane` and the face's normal for `on`, unless given.
     pub(crate) normal: Option<At<[f64; 3]>>,
 }

@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use super::file::{At, GridDef, PlaneDef, Source};
 use super::load::{Files, check_number, unit_vector, vector};
 use super::outline::{OpenEdge, open_edges, weld_tolerance};
-use super::{Axes, Face, Grid, GridLayout, Sensor, faces, obj, polygon, suggest};
+use super::{Axes, Face, Grid, GridLayout, Receiver, Sensor, faces, obj, polygon, suggest};
 use crate::{Error, Result};
 
 /// Most points of a grid.
@@ -41,8 +41,37 @@ pub(crate) fn resolve(files: &mut Files<'_>, stage: &Stage<'_>, def: &GridDef) -
             return Err(source.malformed(def.name.offset, message).mend("give exactly one of `plane`, `on`, `points`"));
         }
     };
-    Ok(Grid { name: def.name.value.clone(), sensors, layout })
+    Ok(Grid { name: def.name.value.clone(), sensors, layout, receiver: Receiver::Plane })
 }
+
+/// The grids of cylinders and half cylinders that a grid asks for at its points.
+pub(crate) fn companions(source: Source<'_>, axes: Axes, def: &GridDef, grid: &Grid) -> Result<Vec<Grid>> {
+    let with = |ending: &str, receiver: Receiver, normal: DVec3| Grid {
+        name: format!("{}{ending}", grid.name),
+        sensors: grid.sensors.iter().map(|s| Sensor { normal, ..*s }).collect(),
+        layout: grid.layout.clone(),
+        receiver,
+    };
+    let mut all = Vec::new();
+    if def.cylindrical {
+        all.push(with(CYLINDRICAL, Receiver::Cylinder, DVec3::Z));
+    }
+    if let Some(direction) = &def.semicylindrical {
+        let ahead = axes.to_internal(unit_vector(source, direction, "semicylindrical")?);
+        if ahead.z.abs() > 1e-6 {
+            return Err(source
+                .malformed(direction.offset, "semicylindrical is no level direction: half cylinders stand upright")
+                .mend("semicylindrical = [1, 0, 0]"));
+        }
+        all.push(with(SEMICYLINDRICAL, Receiver::HalfCylinder, ahead));
+    }
+    Ok(all)
+}
+
+/// Endings of the names of grids of cylinders and half cylinders.
+pub(crate) const CYLINDRICAL: &str = "_cylindrical";
+/// See [`CYLINDRICAL`].
+pub(crate) const SEMICYLINDRICAL: &str = "_semicylindrical";
 
 /// Cell centres of a parallelogram.
 fn on_plane(source: Source<'_>, axes: Axes, def: &GridDef, plane: &PlaneDef) -> Result<(Vec<Sensor>, GridLayout)> {
@@ -133,7 +162,7 @@ fn on_faces(
 }
 
 /// Faces whose object or material has the name.
-fn faces_named<'a>(source: Source<'_>, stage: &Stage<'a>, on: &At<String>) -> Result<Vec<&'a Face>> {
+pub(crate) fn faces_named<'a>(source: Source<'_>, stage: &Stage<'a>, on: &At<String>) -> Result<Vec<&'a Face>> {
     let name = on.value.as_str();
     let chosen: Vec<&Face> =
         stage.faces.iter().filter(|f| stage.objects[f.object] == name || stage.materials[f.material] == name).collect();

@@ -7,9 +7,12 @@ use glam::DVec3;
 use sha2::{Digest, Sha256};
 
 use super::faces::{self, Drawn, Names, Place};
-use super::file::{self, At, BandsDef, DivisionDef, Kind, ModeDef, ModeName, SceneFile, Source, Up};
+use super::file::{self, At, BandsDef, DivisionDef, GridDef, Kind, ModeDef, ModeName, SceneFile, Source, Up};
 use super::obj::{self, Obj};
-use super::{Axes, Face, InputFile, Scene, grid, luminaire, material, shells, sky, suggest, usage, view};
+use super::{
+    Axes, Face, InputFile, Receiver, Scene, dimming, grid, luminaire, material, requirement, shells, sky, suggest,
+    usage, view,
+};
 use crate::error::ErrorKind;
 use crate::spectrum::BandMode;
 use crate::{Error, Result};
@@ -43,6 +46,15 @@ pub fn load(path: &Path) -> Result<Scene> {
     for def in &file.grids {
         grids.push(grid::resolve(&mut files, &stage, &def.value)?);
     }
+    let mut modelling = Vec::new();
+    for (number, def) in file.grids.iter().enumerate() {
+        for companion in grid::companions(source, axes, &def.value, &grids[number])? {
+            if companion.receiver == Receiver::Cylinder {
+                modelling.push((number, grids.len()));
+            }
+            grids.push(companion);
+        }
+    }
     let mut views = Vec::new();
     for def in &file.views {
         views.push(view::resolve(&mut files, axes, &def.value)?);
@@ -53,6 +65,9 @@ pub fn load(path: &Path) -> Result<Scene> {
     }
     let north_deg = file.geometry.value.north_deg.as_ref().map_or(0.0, |n| n.value);
     let daytime = sky::resolve(&mut files, file.sky.as_ref(), file.site.as_ref(), north_deg)?;
+    let states = dimming::resolve(&files, &file)?;
+    let requirements = requirement::resolve(&files, &file, &states)?;
+    let power = requirement::power(&files, &stage, &file)?;
     let occupancy = usage::occupancy(&mut files, file.annual.as_ref())?;
     let blinds = usage::blinds(&mut files, &file.blinds, &materials, &drawing.objects)?;
     let title = file.title.unwrap_or_else(|| stem(path));
@@ -66,7 +81,11 @@ pub fn load(path: &Path) -> Result<Scene> {
         views,
         daytime,
         luminaires,
+        modelling,
         observers: (0..file.grids.len()).filter(|g| file.grids[*g].value.ugr).collect(),
+        requirements,
+        power,
+        states,
         occupancy,
         blinds,
         axes,
@@ -380,7 +399,14 @@ fn division(def: &DivisionDef) -> Result<BandMode> {
 
 /// Names become file names: they must be usable and different.
 fn check_names(source: Source<'_>, file: &SceneFile) -> Result<()> {
-    let grids = file.grids.iter().map(|g| (&g.value.name, "grid"));
+    let companions = |def: &GridDef| -> Vec<At<String>> {
+        let list = [(def.cylindrical, grid::CYLINDRICAL), (def.semicylindrical.is_some(), grid::SEMICYLINDRICAL)];
+        let named = |(_, ending)| At { value: format!("{}{ending}", def.name.value), offset: def.name.offset };
+        list.into_iter().filter(|c| c.0).map(named).collect()
+    };
+    let others: Vec<At<String>> = file.grids.iter().flat_map(|g| companions(&g.value)).collect();
+    let others = others.iter().map(|name| (name, "grid"));
+    let grids = file.grids.iter().map(|g| (&g.value.name, "grid")).chain(others);
     let views = file.views.iter().map(|v| (&v.value.name, "view"));
     let mut taken: BTreeMap<String, &str> = BTreeMap::new();
     for (name, kind) in grids.chain(views) {

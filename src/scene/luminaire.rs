@@ -44,6 +44,20 @@ pub(crate) struct LuminaireDef {
     rows: Option<At<u32>>,
     /// From one row to the next, m.
     row_spacing_m: Option<At<[f64; 3]>>,
+    /// Group of lamps that the states dim together.
+    group: Option<String>,
+    /// Electric power of each luminaire, W; that of the file unless given.
+    #[serde(rename = "power_W")]
+    power_w: Option<At<f64>>,
+    /// General colour rendering index, for requirements.
+    ra: Option<At<f64>>,
+}
+
+impl LuminaireDef {
+    /// Group of lamps.
+    pub(crate) fn group(&self) -> Option<&str> {
+        self.group.as_deref()
+    }
 }
 
 /// Luminaires of one kind, hung alike.
@@ -63,6 +77,12 @@ pub struct LuminaireRow {
     pub factor: f64,
     /// Relative spectrum.
     pub spectrum: Spectrum,
+    /// Group of lamps that it is dimmed with.
+    pub group: Option<String>,
+    /// Electric power of each, W, where it replaces that of the file.
+    pub power_w: Option<f64>,
+    /// General colour rendering index, where it is stated.
+    pub ra: Option<f64>,
     /// Line of the table in the scene file.
     pub line: usize,
 }
@@ -90,6 +110,10 @@ pub(crate) fn resolve(files: &mut Files<'_>, axes: Axes, def: &At<LuminaireDef>)
             factor *= positive(files, value, key, most)?;
         }
     }
+    let stated = |value: &Option<At<f64>>, key: &str, most: f64| {
+        value.as_ref().map(|v| positive(files, v, key, most)).transpose()
+    };
+    let (power_w, ra) = (stated(&d.power_w, "power_W", f64::INFINITY)?, stated(&d.ra, "ra", 100.0)?);
     let spectrum = match &d.spectrum {
         Some(spectrum) => material::relative(files, "a luminaire", spectrum)?,
         None => Spectrum::constant(1.0),
@@ -114,6 +138,9 @@ pub(crate) fn resolve(files: &mut Files<'_>, axes: Axes, def: &At<LuminaireDef>)
         flux_lm,
         factor,
         spectrum,
+        group: d.group.clone(),
+        power_w,
+        ra,
         line: source.line(def.offset),
     })
 }
@@ -124,7 +151,8 @@ fn positive(files: &Files<'_>, number: &At<f64>, key: &str, most: f64) -> Result
     if (0.0..=most).contains(&number.value) {
         return Ok(number.value);
     }
-    let mend = if most == 1.0 { "give a share from 0 to 1" } else { "light cannot be taken away" };
+    let mend =
+        if most.is_finite() { format!("give a number from 0 to {most}") } else { "nothing less than 0 can be".into() };
     Err(files.source.impossible(number.offset, format!("{key} = {} cannot be", number.value)).mend(mend))
 }
 

@@ -197,7 +197,7 @@ fn emit(files: &mut Files<'_>, name: &str, def: &At<EmissionDef>, area_m2: f64) 
         let radiance = curve(files, file, Beyond::Zero)?;
         check_curve(files.source, &owner, file.offset, &radiance)?;
         warn_dark(files, name, radiance.max());
-        return Ok(Some(Emission { radiance, two_sided }));
+        return Ok(Some(Emission { radiance, two_sided, group: e.group.clone() }));
     }
     let (luminance, offset) = luminance(files.source, name, def, area_m2)?;
     if !luminance.is_finite() {
@@ -211,7 +211,7 @@ fn emit(files: &mut Files<'_>, name: &str, def: &At<EmissionDef>, area_m2: f64) 
             .mend("state `radiance` in W/(m² sr nm) for light outside the visible range"));
     }
     warn_dark(files, name, luminance);
-    Ok(Some(Emission { radiance: relative.scaled(luminance / per_unit), two_sided }))
+    Ok(Some(Emission { radiance: relative.scaled(luminance / per_unit), two_sided, group: e.group.clone() }))
 }
 
 fn warn_dark(files: &mut Files<'_>, name: &str, most: f64) {

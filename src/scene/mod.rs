@@ -9,6 +9,7 @@ pub mod bsdf;
 pub mod check;
 #[cfg(test)]
 mod check_tests;
+mod dimming;
 mod faces;
 mod file;
 mod glazing;
@@ -19,6 +20,7 @@ mod material;
 mod obj;
 mod outline;
 mod polygon;
+mod requirement;
 mod shells;
 mod sky;
 mod suggest;
@@ -32,9 +34,11 @@ use std::path::PathBuf;
 use glam::DVec3;
 
 pub use check::{Diagnostic, Severity, check};
+pub use dimming::{DAYLIGHT, ELECTRIC, LightState};
 pub use file::json_schema;
 pub use load::load;
 pub use luminaire::LuminaireRow;
+pub use requirement::{PowerBasis, Quantity, Requirement};
 pub use sky::{Amount, ClockTime, Daytime, Placed, Site, SkyName};
 pub use usage::{Blind, BlindControl, Occupancy};
 
@@ -64,6 +68,8 @@ pub struct Scene {
     pub bands: BandMode,
     /// Where illuminance is asked.
     pub grids: Vec<Grid>,
+    /// Grids whose points carry cylinders as well: the number of each, then that of the grid of its cylinders.
+    pub modelling: Vec<(usize, usize)>,
     /// Grids whose points are eyes for which glare is rated.
     pub observers: Vec<usize>,
     /// Pictures asked for.
@@ -72,6 +78,12 @@ pub struct Scene {
     pub daytime: Option<Daytime>,
     /// Luminaires, table by table.
     pub luminaires: Vec<LuminaireRow>,
+    /// Limits that grids are to keep.
+    pub requirements: Vec<Requirement>,
+    /// What the watts of the luminaires refer to.
+    pub power: Option<PowerBasis>,
+    /// States of the lights that are reported beside the scene as it stands.
+    pub states: Vec<LightState>,
     /// Hours of presence, for a year of daylight.
     pub occupancy: Occupancy,
     /// Blinds before windows, for a year of daylight.
@@ -236,6 +248,8 @@ pub struct Emission {
     pub radiance: Spectrum,
     /// Emits from the back as well as from the front.
     pub two_sided: bool,
+    /// Group of lamps that it is dimmed with.
+    pub group: Option<String>,
 }
 
 /// Points at which illuminance is asked.
@@ -247,6 +261,20 @@ pub struct Grid {
     pub sensors: Vec<Sensor>,
     /// How they lie, for maps.
     pub layout: GridLayout,
+    /// What receives the light.
+    pub receiver: Receiver,
+}
+
+/// What receives light at the points of a grid.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Receiver {
+    /// A plane: illuminance.
+    #[default]
+    Plane,
+    /// An upright cylinder: mean vertical illuminance (EN 12464-1).
+    Cylinder,
+    /// Half of one, about the level direction of the point's normal (EN 13201-3).
+    HalfCylinder,
 }
 
 /// One point and the direction it faces.

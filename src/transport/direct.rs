@@ -18,7 +18,7 @@ use crate::light::{Emitter, Luminaire, above_plane, configuration_factor};
 use crate::mesh::{polygon_area, sample_polygon};
 
 /// More blockers than this are sampled.
-const MAX_BLOCKERS: usize = 48;
+pub(super) const MAX_BLOCKERS: usize = 48;
 /// Share of an element's light below which an emitter is looked at from fewer places, and below which it takes part in a
 /// draw.
 const SMALL: f64 = 0.25;
@@ -32,10 +32,10 @@ const MAX_LOOKS: usize = 8;
 /// Visible share of a lamp that is rounding.
 const SLIVER: f64 = 1e-11;
 /// Shadow rays: a first look, and all of them where that look sees a penumbra.
-const FEW_RAYS: u32 = 32;
-const MANY_RAYS: u32 = 256;
+pub(super) const FEW_RAYS: u32 = 32;
+pub(super) const MANY_RAYS: u32 = 256;
 /// At one of many places of an element.
-const ROUGH_RAYS: u32 = 8;
+pub(super) const ROUGH_RAYS: u32 = 8;
 
 /// Buffers of one thread, and what was done with them.
 #[derive(Debug, Default)]

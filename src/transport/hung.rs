@@ -4,19 +4,13 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
-use super::direct::{DirectScratch, transmittance_to};
+use super::direct::{DirectScratch, FEW_RAYS, MANY_RAYS, MAX_BLOCKERS, ROUGH_RAYS, transmittance_to};
 use super::points::Points;
 use super::visible::cone_planes;
 use super::world::{Kind, World};
 use crate::light::{Luminaire, LuminousFace, Shape, above_plane, configuration_factor};
 use crate::mesh::sample_polygon;
 
-/// More blockers than this are sampled.
-const MAX_BLOCKERS: usize = 48;
-/// Shadow rays: a first look, and all of them where that look sees a penumbra; at one of many places of an element.
-const FEW_RAYS: u32 = 32;
-const MANY_RAYS: u32 = 256;
-const ROUGH_RAYS: u32 = 8;
 /// Radius of a piece over its distance up to which its middle and corners tell its light: for points reported (0.1 % of a
 /// cos³ panel at half its width), for elements.
 const FINE: f64 = 0.125;

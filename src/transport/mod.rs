@@ -11,6 +11,7 @@ mod direct;
 pub mod form_factor;
 mod glass;
 mod hung;
+mod hung_images;
 mod kernel;
 mod optics;
 pub mod points;
@@ -29,6 +30,7 @@ pub use daylight::{
 pub use direct::{DirectScratch, direct, direct_at_place, direct_parts, transmittance_to, visible_factor};
 pub use glass::{Glazing, GlazingUnit, Pane, Shares};
 pub use hung::{luminaire_in_sight, one_place_lx};
+pub use hung_images::most_mirrored_lx;
 pub use optics::{LightPart, Optics, Scatter};
 pub use portals::{chance_weight, through_panes};
 pub use rows::{Mirrored, Replica, RowSettings, Rows, Target};

@@ -11,6 +11,9 @@ pub(crate) const LANES: usize = 8;
 
 /// Reflectances and exitances of a scene in the bands of a run. All vectors are padded with zeros to a multiple
 /// of eight.
+///
+/// Light may be divided into channels, for which all bands are there once more, one channel after the other: each group of
+/// light shines in its own channel alone. What is called a band below is a band of a channel where there are several.
 #[derive(Clone, Debug)]
 pub struct Optics {
     /// The bands.
@@ -25,8 +28,12 @@ pub struct Optics {
     /// horizontal irradiance, the ground's exitance and
     /// the sun's irradiance face on.
     pub exitance: Vec<Vec<f32>>,
-    /// XYZ weights of the bands, X then Y then Z, each padded.
+    /// XYZ weights of the bands, X then Y then Z, each padded; all channels together.
     pub xyz: [Vec<f32>; 3],
+    /// The same of each channel alone.
+    pub eyes: Vec<[Vec<f32>; 3]>,
+    /// Channel of each group of light.
+    of_group: Vec<usize>,
     /// Number of groups of emitters; those of daylight follow.
     pub lamps: usize,
     /// Mirrors and panes.
@@ -62,8 +69,23 @@ impl Optics {
     /// Averages everything over the bands.
     #[must_use]
     pub fn new(scene: &Scene, world: &World, bands: Bands) -> Self {
-        let pad = bands.len().div_ceil(LANES) * LANES;
-        let padded = |mut v: Vec<f64>| {
+        Self::in_channels(scene, world, bands, &vec![0; world.groups()])
+    }
+
+    /// The same with the light divided into channels: `of_group` tells that of each group, from 0 on without a gap.
+    #[must_use]
+    pub fn in_channels(scene: &Scene, world: &World, bands: Bands, of_group: &[usize]) -> Self {
+        let count = of_group.iter().max().map_or(1, |last| last + 1);
+        let pad = (count * bands.len()).div_ceil(LANES) * LANES;
+        let single = |v: Vec<f64>, channel: usize| {
+            let mut lanes = vec![0.0f32; pad];
+            let own = &mut lanes[channel * bands.len()..(channel + 1) * bands.len()];
+            own.iter_mut().zip(v).for_each(|(lane, x)| *lane = x as f32);
+            lanes
+        };
+        let in_all = |v: Vec<f64>| std::iter::repeat_n(v, count).flatten().collect::<Vec<f64>>();
+        let padded = |v: Vec<f64>| {
+            let mut v = in_all(v);
             v.resize(pad, 0.0);
             v.into_iter().map(|x| x as f32).collect::<Vec<f32>>()
         };
@@ -81,26 +103,29 @@ impl Optics {
             reflectance.push([values(back), values(front)]);
             transmittance.push(values(through));
         }
-        let mut exitance: Vec<Vec<f32>> = world
+        let mut exitance: Vec<Vec<f64>> = world
             .emitters
             .materials
             .iter()
             .map(|m| {
                 let radiance = scene.materials[*m].emission.as_ref().map(|e| bands.radiance(&e.radiance));
-                padded(radiance.unwrap_or_default().iter().map(|l| l * std::f64::consts::PI).collect())
+                radiance.unwrap_or_default().iter().map(|l| l * std::f64::consts::PI).collect()
             })
             .collect();
-        exitance.extend(world.emitters.spectra.iter().map(|s| padded(bands.radiance(s))));
+        exitance.extend(world.emitters.spectra.iter().map(|s| bands.radiance(s)));
         if let Some(light) = world.daylight() {
             let height = light.sun.map_or(0.0, |d| d.z);
             let sky = if light.sky.is_some() { bands.radiance(&light.sky_irradiance) } else { vec![0.0; bands.len()] };
             let sun = bands.radiance(&light.sun_irradiance);
             // The ground lies in the open: sky and sun reach all of it.
             let ground = sky.iter().zip(&sun).map(|(d, s)| light.ground_reflectance * (d + s * height)).collect();
-            exitance.extend([padded(sky), padded(ground), padded(sun)]);
+            exitance.extend([sky, ground, sun]);
         }
-        let xyz = [0, 1, 2].map(|k| padded(bands.xyz_weights().iter().map(|w| w[k]).collect()));
-        let speculars = Speculars::in_bands(scene, |v| bands.reflectance(v));
+        let exitance = exitance.into_iter().zip(of_group).map(|(m, channel)| single(m, *channel)).collect();
+        let weights = [0, 1, 2].map(|k| bands.xyz_weights().iter().map(|w| w[k]).collect::<Vec<f64>>());
+        let xyz = weights.clone().map(&padded);
+        let eyes = (0..count).map(|channel| weights.clone().map(|w| single(w, channel))).collect();
+        let speculars = Speculars::in_bands(scene, |v| in_all(bands.reflectance(v)));
         let has_sky = world.daylight().is_some();
         Self {
             bands,
@@ -109,6 +134,8 @@ impl Optics {
             transmittance,
             exitance,
             xyz,
+            eyes,
+            of_group: of_group.to_vec(),
             lamps: world.emitters.groups(),
             speculars,
             has_sky,
@@ -192,15 +219,29 @@ impl Optics {
         (0..groups).map(|g| self.factor(factors, g, band) * f64::from(self.exitance[g][band])).sum()
     }
 
-    /// XYZ of direct light from its factors.
+    /// Number of channels.
     #[must_use]
-    pub fn xyz_of_direct(&self, factors: &[f64]) -> [f64; 3] {
-        self.bands.xyz(&(0..self.bands.len()).map(|b| self.direct_in_band(factors, b)).collect::<Vec<f64>>())
+    pub fn channels(&self) -> usize {
+        self.eyes.len()
     }
 
-    /// Illuminance of one part of direct light from its factors, lx.
+    /// The lanes of a band: that of each channel.
+    pub fn lanes(&self, band: usize) -> impl Iterator<Item = usize> + '_ {
+        (0..self.channels()).map(move |channel| channel * self.bands.len() + band)
+    }
+
+    /// XYZ of direct light from its factors, with a level for each channel.
     #[must_use]
-    pub fn lux_of_direct(&self, factors: &[f64], part: LightPart) -> f64 {
+    pub fn xyz_of_direct(&self, factors: &[f64], levels: &[f64]) -> [f64; 3] {
+        let in_band = |band: usize| -> f64 {
+            self.lanes(band).zip(levels).map(|(lane, level)| level * self.direct_in_band(factors, lane)).sum()
+        };
+        self.bands.xyz(&(0..self.bands.len()).map(in_band).collect::<Vec<f64>>())
+    }
+
+    /// Illuminance of one part of direct light from its factors, lx, with a level for each channel.
+    #[must_use]
+    pub fn lux_of_direct(&self, factors: &[f64], levels: &[f64], part: LightPart) -> f64 {
         let groups = match part {
             LightPart::Lamps => 0..self.lamps,
             LightPart::Sky => self.lamps + SKY..self.lamps + SKY + 1,
@@ -209,9 +250,27 @@ impl Optics {
         };
         let in_band =
             |g: usize, (band, (m, w)): (usize, (&f32, &f32))| self.factor(factors, g, band) * f64::from(m * w);
-        let of_group =
-            |g: usize| self.exitance[g].iter().zip(&self.xyz[1]).enumerate().map(|b| in_band(g, b)).sum::<f64>();
+        let of_group = |g: usize| {
+            let lux = self.exitance[g].iter().zip(&self.xyz[1]).enumerate().map(|b| in_band(g, b)).sum::<f64>();
+            levels[self.of_group[g]] * lux
+        };
         groups.filter(|g| *g < factors.len().min(self.exitance.len())).map(of_group).sum()
+    }
+
+    /// The same with each group of light at a level.
+    #[must_use]
+    pub fn dimmed(&self, levels: &[f64]) -> Self {
+        let mut dimmed = self.clone();
+        for (exitance, level) in dimmed.exitance.iter_mut().zip(levels) {
+            exitance.iter_mut().for_each(|m| *m *= *level as f32);
+        }
+        dimmed
+    }
+
+    /// Levels at which all channels shine as the scene has them.
+    #[must_use]
+    pub fn full(&self) -> Vec<f64> {
+        vec![1.0; self.channels()]
     }
 
     /// Largest share in any band that a diffuse material in use gives back, by reflection and transmission.

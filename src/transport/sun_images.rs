@@ -211,7 +211,7 @@ impl SunImages {
 }
 
 /// Largest reflectance in any band.
-fn most_reflected(specular: &Specular, cosine: f64, front: bool) -> f64 {
+pub(super) fn most_reflected(specular: &Specular, cosine: f64, front: bool) -> f64 {
     match specular {
         Specular::None => 0.0,
         Specular::Mirror(rho) => f64::from(rho.iter().copied().fold(0.0, f32::max)),

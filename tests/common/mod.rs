@@ -5,7 +5,9 @@
 pub mod rooms;
 
 use clerestory::measure::{GridResult, Measurement, Method, SensorResult, Silent, SolveOptions, Status};
-use clerestory::scene::{Axes, Emission, Face, Grid, GridLayout, Material, MaterialKind, Panes, Scene, Sensor};
+use clerestory::scene::{
+    Axes, Emission, Face, Grid, GridLayout, Material, MaterialKind, Panes, Receiver, Scene, Sensor,
+};
 use clerestory::spectrum::{BandMode, SpectralValue, Spectrum};
 use clerestory::{Error, measure};
 use glam::DVec3;
@@ -55,7 +57,7 @@ pub fn glazed(count: usize, transmittance: SpectralValue) -> Material {
 /// Light of equal energy with an exitance in lm/m².
 pub fn white(exitance: f64) -> Emission {
     let per_unit = std::f64::consts::PI * Spectrum::constant(1.0).luminous();
-    Emission { radiance: Spectrum::constant(exitance / per_unit), two_sided: false }
+    Emission { radiance: Spectrum::constant(exitance / per_unit), two_sided: false, group: None }
 }
 
 /// The material, emitting an exitance in lm/m² from its front.
@@ -81,7 +83,11 @@ impl Build {
             views: Vec::new(),
             daytime: None,
             luminaires: Vec::new(),
+            modelling: Vec::new(),
+            requirements: Vec::new(),
+            power: None,
             observers: Vec::new(),
+            states: Vec::new(),
             occupancy: Default::default(),
             blinds: Vec::new(),
             axes: Axes::ZUp,
@@ -154,7 +160,7 @@ impl Build {
     pub fn points(&mut self, name: &str, points: &[(DVec3, DVec3)]) -> &mut Self {
         let sensors =
             points.iter().map(|(p, n)| Sensor { position: *p, normal: n.normalize(), area_m2: None }).collect();
-        self.0.grids.push(Grid { name: name.into(), sensors, layout: GridLayout::Points });
+        self.0.grids.push(Grid { name: name.into(), sensors, layout: GridLayout::Points, receiver: Receiver::Plane });
         self
     }
 

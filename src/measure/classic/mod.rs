@@ -16,12 +16,14 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::adaptive::Task;
+use super::appraisal::Appraisal;
 use super::options::Method;
 use super::probe::Probe;
 use super::result::{BandValue, GridResult, Ledger, LeftOut, Measurement, Record, SensorResult, Setting, Status};
 use super::run::count_holding;
 use crate::error::{Error, Result};
 use crate::scene::Grid;
+use crate::scene::Receiver;
 use crate::transport::World;
 use crate::transport::form_factor::Work;
 use level::{Level, MOST_PATCHES};
@@ -62,6 +64,10 @@ pub(super) fn run(task: &Task<'_>, mut record: Record) -> Result<Measurement> {
         ))
         .mend("use the default method or path-tracing"));
     }
+    if task.scene.grids.iter().any(|g| g.receiver != Receiver::Plane) {
+        return Err(Error::unsupported(format!("method {} knows no cylindrical illuminance", record.method))
+            .mend("use the default method or path-tracing"));
+    }
     let mut patches = task.options.patches.unwrap_or(FIRST_PATCHES);
     let start = Instant::now();
     let mut coarse = level(task, coarser(patches))?;
@@ -95,7 +101,17 @@ pub(super) fn run(task: &Task<'_>, mut record: Record) -> Result<Measurement> {
         record.timings_s.push(("pictures".into(), start.elapsed().as_secs_f64()));
     }
     let (bands, ledger) = (task.optics.bands.clone(), ledger(task, &fine));
-    Ok(Measurement { bands, grids, views, glare: Vec::new(), ledger, record, outdoor_lx: None })
+    Ok(Measurement {
+        bands,
+        grids,
+        states: Vec::new(),
+        views,
+        glare: Vec::new(),
+        appraisal: Appraisal::default(),
+        ledger,
+        record,
+        outdoor_lx: None,
+    })
 }
 
 /// The mesh that tells the error: twice as coarse; of a single patch twice as fine.
@@ -141,7 +157,7 @@ fn read_grid(task: &Task<'_>, grid: &Grid, readers: &[Reader<'_>; 2], fine: &Lev
         .par_iter()
         .with_min_len(4)
         .map(|sensor| {
-            let probe = Probe::new(task.world, sensor);
+            let probe = Probe::new(task.world, sensor, grid.receiver);
             let mut work = Work::default();
             let lit = probe.status == Status::Ok;
             let readings = lit.then(|| [0, 1].map(|k: usize| readers[k].read(sensor, &probe, &mut work)));

@@ -126,19 +126,19 @@ fn read_all(
 fn read(task: &Task<'_>, g: &mut Gatherer<'_>, x: DVec3, normal: DVec3, stream: u64, set: u32) -> Readings {
     let optics = task.optics;
     let factors = g.direct(x, normal, stream);
-    let direct = optics.xyz_of_direct(&factors)[1];
+    let direct = optics.xyz_of_direct(&factors, &[1.0])[1];
     let mut reading = Readings { naive: 0.0, ..Readings::default() };
     let (mut mean, mut square) = (0.0, 0.0);
     for a in 0..REPLICAS {
-        let mut sums = SetSums::new(optics.pad, REPLICAS, true);
-        g.gather(x, normal, seed(&[stream, a as u64]), (0, set), &mut sums);
+        let mut sums = SetSums::new(optics, REPLICAS, true);
+        g.gather(x, normal.into(), seed(&[stream, a as u64]), (0, set), &mut sums);
         for b in 0..REPLICAS {
-            let reflected = sums.xyz(b, optics, false)[1];
+            let reflected = sums.xyz(b, optics, &[1.0], false)[1];
             reading.main[a][b] = direct + reflected;
-            reading.twin[a][b] = direct + sums.xyz(b, optics, true)[1];
+            reading.twin[a][b] = direct + sums.xyz(b, optics, &[1.0], true)[1];
             mean += reflected / (REPLICAS * REPLICAS) as f64;
         }
-        square += sums.mean_square_y() / REPLICAS as f64;
+        square += sums.mean_square_y(&[1.0]) / REPLICAS as f64;
     }
     reading.naive = (square - mean * mean).max(0.0) / f64::from(set * REPLICAS as u32);
     reading

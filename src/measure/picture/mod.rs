@@ -51,7 +51,7 @@ pub(super) fn demand(world: &World, optics: &Optics, view: &View, task: &Task<'_
                 look(world, optics, Ray::new(camera.eye(), direction), &mut sights);
                 let points = Points::new(seed(&[task.options.seed, STREAM, row as u64, column as u64]));
                 for s in sights.iter().filter(|s| s.surface != MISS) {
-                    found.extend((0..4).filter_map(|k| task.landing(s.point, s.normal, &points, k)));
+                    found.extend((0..4).filter_map(|k| task.landing(s.point, s.normal.into(), &points, k)));
                 }
             }
             found
@@ -230,7 +230,7 @@ impl<'a> Painter<'a> {
         self.reflected(base, records, &Near::new(), sight, (place.pixel as u64, direct), &mut brush);
         let weights = &self.task.optics.xyz[1];
         let reflected: f32 = brush.reflected.iter().zip(weights).map(|(l, w)| l * w).sum();
-        f64::from(reflected) + self.task.optics.xyz_of_direct(direct)[1]
+        f64::from(reflected) + self.task.optics.xyz_of_direct(direct, &[1.0])[1]
     }
 
     /// Radiance of a sight from its irradiance, added to `out` with a weight.
@@ -387,16 +387,16 @@ impl Painter<'_> {
     /// Gathers reflected light at a sight, with a share of the rays that its noise asks for.
     fn gather(&self, g: &mut Gatherer<'_>, sight: &Sight, stream: u64, direct: &[f64], share: f64) -> Gathered {
         let optics = self.task.optics;
-        let mut sums = SetSums::new(optics.pad, 1, false);
+        let mut sums = SetSums::new(optics, 1, false);
         let stream = seed(&[self.stream, 3, stream]);
         let before = g.nearness;
-        g.gather(sight.point, sight.normal, stream, (0, judge::FIRST_RAYS / 2), &mut sums);
-        let mean = sums.xyz(0, optics, false)[1];
-        let direct_y = optics.xyz_of_direct(direct)[1];
+        g.gather(sight.point, sight.normal.into(), stream, (0, judge::FIRST_RAYS / 2), &mut sums);
+        let mean = sums.xyz(0, optics, &[1.0], false)[1];
+        let direct_y = optics.xyz_of_direct(direct, &[1.0])[1];
         let wanted = self.noise.rays(sums.variance_y(), mean + direct_y, share);
-        g.gather(sight.point, sight.normal, stream, (judge::FIRST_RAYS / 2, wanted), &mut sums);
+        g.gather(sight.point, sight.normal.into(), stream, (judge::FIRST_RAYS / 2, wanted), &mut sums);
         let cast = f64::from(wanted.max(judge::FIRST_RAYS / 2));
-        let reflected_y = sums.xyz(0, optics, false)[1];
+        let reflected_y = sums.xyz(0, optics, &[1.0], false)[1];
         Gathered { nearness: (g.nearness - before) / cast, sums, reflected_y, direct_y }
     }
 }
