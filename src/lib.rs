@@ -16,6 +16,7 @@
 //! | [`annual`] | a scene, weather | every hour of the year with its error, climate-based metrics |
 //! | [`chart`] | a scene | speed against accuracy of every method on it |
 //! | [`report`] | a [`measure::Measurement`] | CSV, maps, EXR, HDR, PNG, `run.json` |
+//! | [`validate`] | names of suites | cases: computed against known values, with a report |
 //!
 //! # Glossary
 //!
@@ -44,5 +45,6 @@ pub mod scene;
 pub mod solve;
 pub mod spectrum;
 pub mod transport;
+pub mod validate;
 
 pub use error::{Error, Result};

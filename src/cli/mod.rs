@@ -10,6 +10,7 @@ mod cpu;
 mod luminaire;
 mod progress;
 mod solve;
+mod validate;
 
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -58,6 +59,8 @@ enum Command {
     Check(CheckArgs),
     /// Tell what a photometric file holds (IES LM-63, EULUMDAT), draw it, convert it.
     Luminaire(LuminaireArgs),
+    /// Run the validation suite: computed against known values, with a report; exit code 1 if a case fails.
+    Validate(ValidateArgs),
     /// Print the JSON Schema of the scene file, for editors.
     Schema,
 }
@@ -80,6 +83,9 @@ struct SolveArgs {
     /// Report every band, and hold the tolerance in every band.
     #[arg(long)]
     spectral: bool,
+    /// Report alpha-opic irradiances and melanopic EDI (CIE S 026), and hold the tolerance in every band.
+    #[arg(long)]
+    alpha_opic: bool,
     /// Patches along the longest side; with the classic methods only.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=512))]
     patches: Option<u32>,
@@ -232,6 +238,27 @@ struct ChartArgs {
     quiet: bool,
 }
 
+/// Arguments of `validate`.
+#[derive(Args, Debug)]
+struct ValidateArgs {
+    /// Suites to run [default: all]: form-factors, radiosity, energy, stability, colour, sky, cie-171, luminaires,
+    /// cornell, coverage.
+    #[arg(value_name = "SUITE")]
+    suites: Vec<String>,
+    /// Folder for the report: index.html, validation.csv, validation.json, VALIDATION.md [default: ./out/validate].
+    #[arg(short, long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print the cases as JSON; without -o no file is written.
+    #[arg(long)]
+    json: bool,
+    /// Threads [default: all processors]. The results do not depend on it.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    threads: Option<u32>,
+    /// No progress.
+    #[arg(short, long)]
+    quiet: bool,
+}
+
 /// How to solve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum MethodArg {
@@ -326,6 +353,7 @@ pub fn run() -> ExitCode {
         Command::Chart(args) => chart::run(args),
         Command::Check(args) => check::run(args),
         Command::Luminaire(args) => luminaire::run(args),
+        Command::Validate(args) => validate::run(args),
         Command::Schema => schema(),
     };
     outcome.unwrap_or_else(|e| fail(&e))

@@ -5,6 +5,7 @@
 //! error, and refines what the statement blames.
 
 mod adaptive;
+mod alpha_opic;
 mod camera;
 mod classic;
 mod coefficients;
@@ -20,6 +21,7 @@ mod run;
 mod statement;
 mod view;
 
+pub use alpha_opic::{AlphaOpic, AlphaOpicScale};
 pub use coefficients::{Coefficients, ESTIMATES, GridCoefficients, SunScratch};
 pub use options::{Display, Method, Progress, Silent, SolveOptions};
 pub use remarks::remarks;

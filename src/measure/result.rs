@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::alpha_opic::AlphaOpicScale;
 use crate::scene::{GridLayout, View};
 use crate::spectrum::Bands;
 
@@ -18,6 +19,8 @@ pub struct Measurement {
     pub outdoor_lx: Option<f64>,
     /// Glare of luminaires, for the grids that ask for it.
     pub glare: Vec<Glare>,
+    /// How to read alpha-opic irradiances, where they were asked for.
+    pub alpha_opic: Option<AlphaOpicScale>,
     /// Where the light went, per band.
     pub ledger: Ledger,
     /// What was chosen and why, for the user to read.

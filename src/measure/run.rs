@@ -6,6 +6,7 @@ use std::time::Instant;
 use glam::DVec3;
 
 use super::adaptive::{Adapted, SensorState, Task, holding};
+use super::alpha_opic::AlphaOpicScale;
 use super::coefficients::Coefficients;
 use super::options::{Method, Progress, SolveOptions};
 use super::probe::hidden;
@@ -40,7 +41,8 @@ pub fn solve(scene: &Scene, options: &SolveOptions, progress: &dyn Progress) -> 
     progress.stage("geometry", 0);
     let daylight = Daylight::new(scene)?;
     let luminaires = Luminaires::new(scene)?;
-    let (bands, why) = plan_bands(scene, daylight.as_ref(), &luminaires, options.tolerance)?;
+    let options = &SolveOptions { spectral: options.spectral || options.alpha_opic, ..options.clone() };
+    let (bands, why, alpha_opic) = plan_bands(scene, daylight.as_ref(), &luminaires, options)?;
     let (told, tables) = (luminaires.warnings.clone(), luminaires.tables.clone());
     let world = World::with_daylight(scene, daylight).hang(luminaires);
     let optics = Optics::new(scene, &world, bands);
@@ -68,11 +70,12 @@ pub fn solve(scene: &Scene, options: &SolveOptions, progress: &dyn Progress) -> 
     record.warnings.extend(covered_luminaires(scene, &world, &tables));
     record.timings_s.push(("geometry".into(), start.elapsed().as_secs_f64()));
     let task = Task { scene, world: &world, optics: &optics, options, progress };
-    match options.method {
+    let measured = match options.method {
         Method::Auto => by_radiosity(&task, record),
         Method::PathTracing => Ok(by_path_tracing(&task, record)),
         _ => classic::run(&task, record),
-    }
+    };
+    Ok(Measurement { alpha_opic, ..measured? })
 }
 
 /// Daylight coefficients of a scene to the tolerance asked for under an even sky; reflected light in `parts` of
@@ -94,7 +97,7 @@ pub fn coefficients(
     }
     let start = Instant::now();
     let world = World::with_daylight(scene, Some(Daylight::uniform(day)));
-    let (bands, why) = plan_bands(scene, world.daylight(), &Luminaires::default(), options.tolerance)?;
+    let (bands, why, _) = plan_bands(scene, world.daylight(), &Luminaires::default(), options)?;
     let optics = Optics::new(scene, &world, bands);
     let mut record = Record {
         method: "daylight coefficients".into(),
@@ -194,13 +197,13 @@ fn covered_luminaires(scene: &Scene, world: &World, tables: &[String]) -> Option
     ))
 }
 
-/// The bands of a run: the scene's own spectra decide.
+/// The bands of a run: the scene's own spectra decide. With the scale of alpha-opic irradiances, where asked for.
 fn plan_bands(
     scene: &Scene,
     daylight: Option<&Daylight>,
     luminaires: &Luminaires,
-    tolerance: f64,
-) -> Result<(Bands, String)> {
+    options: &SolveOptions,
+) -> Result<(Bands, String, Option<AlphaOpicScale>)> {
     let mut area = vec![0.0; scene.materials.len()];
     for f in &scene.faces {
         area[f.material] += f.area_m2;
@@ -227,7 +230,17 @@ fn plan_bands(
     if let Some(light) = daylight {
         lights.extend([(&light.sky_irradiance, open_m2 / PI), (&light.sun_irradiance, open_m2 / PI)]);
     }
-    Bands::plan(&scene.bands, &reflectances, &lights, tolerance)
+    let (mut bands, mut why) = Bands::plan(&scene.bands, &reflectances, &lights, options.tolerance)?;
+    if !options.alpha_opic {
+        return Ok((bands, why, None));
+    }
+    let chosen = bands.len();
+    bands = bands.narrowed();
+    if bands.len() != chosen {
+        why = format!("narrow enough for alpha-opic irradiances; for the eye {chosen} would do");
+    }
+    let scale = AlphaOpicScale::new(&bands, &reflectances, &lights)?;
+    Ok((bands, why, Some(scale)))
 }
 
 fn by_radiosity(task: &Task<'_>, mut record: Record) -> Result<Measurement> {
@@ -265,6 +278,7 @@ fn by_radiosity(task: &Task<'_>, mut record: Record) -> Result<Measurement> {
         grids,
         views,
         outdoor_lx: outdoor_lx(task.world),
+        alpha_opic: None,
         ledger,
         record,
     })
@@ -419,6 +433,7 @@ fn by_path_tracing(task: &Task<'_>, mut record: Record) -> Measurement {
         grids,
         views,
         outdoor_lx: outdoor_lx(task.world),
+        alpha_opic: None,
         ledger: Ledger::default(),
         record,
     }

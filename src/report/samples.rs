@@ -138,6 +138,7 @@ pub(super) fn measurement(mode: &BandMode) -> Measurement {
         grids: vec![grid("workplane", 16, 24, [3.5, 5.5])],
         outdoor_lx: Some(10_000.0),
         glare: Vec::new(),
+        alpha_opic: None,
         ledger: Ledger {
             emitted: vec![10.0; n],
             absorbed: vec![9.0; n],

@@ -275,7 +275,7 @@ pub(super) fn number(v: f64) -> Checked<String> {
     })
 }
 
-fn at(grid: &GridResult, point: usize, e: &NotFinite) -> Error {
+pub(super) fn at(grid: &GridResult, point: usize, e: &NotFinite) -> Error {
     Error::new(ErrorKind::Internal, format!("grid {:?}, point {point}: a value is {}", grid.name, e.0))
 }
 

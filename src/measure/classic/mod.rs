@@ -95,7 +95,7 @@ pub(super) fn run(task: &Task<'_>, mut record: Record) -> Result<Measurement> {
         record.timings_s.push(("pictures".into(), start.elapsed().as_secs_f64()));
     }
     let (bands, ledger) = (task.optics.bands.clone(), ledger(task, &fine));
-    Ok(Measurement { bands, grids, views, glare: Vec::new(), ledger, record, outdoor_lx: None })
+    Ok(Measurement { bands, grids, views, glare: Vec::new(), ledger, record, outdoor_lx: None, alpha_opic: None })
 }
 
 /// The mesh that tells the error: twice as coarse; of a single patch twice as fine.
