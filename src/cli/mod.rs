@@ -6,6 +6,7 @@
 mod annual;
 mod chart;
 mod check;
+mod compare;
 mod cpu;
 mod luminaire;
 mod progress;
@@ -61,6 +62,8 @@ enum Command {
     Luminaire(LuminaireArgs),
     /// Run the validation suite: computed against known values, with a report; exit code 1 if a case fails.
     Validate(ValidateArgs),
+    /// Hold a result against measured values at its points: bias, RMS, share within the uncertainties, chart.
+    Compare(CompareArgs),
     /// Print the JSON Schema of the scene file, for editors.
     Schema,
 }
@@ -242,7 +245,7 @@ struct ChartArgs {
 #[derive(Args, Debug)]
 struct ValidateArgs {
     /// Suites to run [default: all]: form-factors, radiosity, energy, stability, colour, sky, cie-171, luminaires,
-    /// cornell, coverage.
+    /// cornell, ferren, coverage.
     #[arg(value_name = "SUITE")]
     suites: Vec<String>,
     /// Folder for the report: index.html, validation.csv, validation.json, VALIDATION.md [default: ./out/validate].
@@ -257,6 +260,23 @@ struct ValidateArgs {
     /// No progress.
     #[arg(short, long)]
     quiet: bool,
+}
+
+/// Arguments of `compare`.
+#[derive(Args, Debug)]
+struct CompareArgs {
+    /// The folder that `solve` wrote, or its illuminance.csv.
+    result: PathBuf,
+    /// Measured values: a CSV with the columns grid and point, illuminance_lx with uncertainty_lx, or cie_x and cie_y
+    /// with uncertainty_xy (uncertainties at 95 %). Empty fields were not measured; other columns are left alone.
+    #[arg(long, value_name = "FILE")]
+    measured: PathBuf,
+    /// Folder for compare.csv and compare.svg [default: none are written].
+    #[arg(short, long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print the figures as JSON.
+    #[arg(long)]
+    json: bool,
 }
 
 /// How to solve.
@@ -354,6 +374,7 @@ pub fn run() -> ExitCode {
         Command::Check(args) => check::run(args),
         Command::Luminaire(args) => luminaire::run(args),
         Command::Validate(args) => validate::run(args),
+        Command::Compare(args) => compare::run(args),
         Command::Schema => schema(),
     };
     outcome.unwrap_or_else(|e| fail(&e))

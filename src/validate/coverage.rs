@@ -12,7 +12,7 @@ const SEEDS: u64 = 5;
 pub(super) fn run(references: &References, sheet: &mut Sheet) -> Result<()> {
     let source = "boxes by quadrature (validation/references/boxes.csv), five seeds each";
     for tolerance in [0.1, 0.05, 0.02] {
-        let (mut inside, mut holding, mut all) = (0usize, 0usize, 0u32);
+        let (mut inside, mut holding, mut all) = (0, 0, 0);
         let mut ratios = Vec::new();
         for b in boxes(references)? {
             for seed in 1..=SEEDS {
@@ -26,13 +26,12 @@ pub(super) fn run(references: &References, sheet: &mut Sheet) -> Result<()> {
                 }
             }
         }
-        let share = |count: usize| count as f64 / f64::from(all.max(1));
         let percent = 100.0 * tolerance;
         ratios.sort_by(f64::total_cmp);
         sheet.topic("share of the points within their stated error", source, "");
-        sheet.at_least(format!("tolerance {percent} %"), 0.95, share(inside));
+        sheet.in_95_percent(format!("tolerance {percent} %"), inside, all);
         sheet.topic("share of the points that hold the tolerance", source, "");
-        sheet.at_least(format!("tolerance {percent} %"), 0.95, share(holding));
+        sheet.in_95_percent(format!("tolerance {percent} %"), holding, all);
         sheet.topic("median of stated over true error: a statement must say something", source, "");
         sheet.at_most(format!("tolerance {percent} %"), 8.0, ratios.get(ratios.len() / 2).copied().unwrap_or(f64::NAN));
     }
@@ -41,7 +40,7 @@ pub(super) fn run(references: &References, sheet: &mut Sheet) -> Result<()> {
 
 /// The reference method's own intervals.
 fn path_tracing(references: &References, sheet: &mut Sheet, source: &str) -> Result<()> {
-    let (mut inside, mut all) = (0usize, 0u32);
+    let (mut inside, mut all) = (0, 0);
     for b in boxes(references)? {
         for seed in 1..=SEEDS {
             let method = Method::PathTracing;
@@ -53,9 +52,6 @@ fn path_tracing(references: &References, sheet: &mut Sheet, source: &str) -> Res
         }
     }
     sheet.topic("share of the points within their stated error", source, "");
-    // Of n points with 95 % each, two standard deviations fewer may lie inside.
-    let share = inside as f64 / f64::from(all.max(1));
-    let slack = 2.0 * (0.95 * 0.05 / f64::from(all.max(1))).sqrt();
-    sheet.at_least("path tracing, 1024 paths", 0.95 - slack, share);
+    sheet.in_95_percent("path tracing, 1024 paths", inside, all);
     Ok(())
 }

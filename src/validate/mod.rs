@@ -9,6 +9,7 @@ mod colour;
 mod cornell;
 mod coverage;
 mod energy;
+mod ferren;
 mod figure;
 mod form_factors;
 mod luminaires;
@@ -56,7 +57,7 @@ impl Suite {
 type Run = fn(&References, &mut Sheet) -> Result<()>;
 
 /// Name, subject and code of every suite, in the order of the report.
-const SUITES: [(&str, &str, Run); 10] = [
+const SUITES: [(&str, &str, Run); 11] = [
     (
         "form-factors",
         "factors of polygons, points and blocked pairs against closed forms and quadrature",
@@ -70,6 +71,7 @@ const SUITES: [(&str, &str, Run); 10] = [
     ("cie-171", "analytic cases of CIE 171:2006, electric light and daylight", cie_171::run),
     ("luminaires", "photometric files against their formulas, and written anew", luminaires::run),
     ("cornell", "the measured Cornell box against path tracing", cornell::run),
+    ("ferren", "boards with hidden colours, in 41 bands, against path tracing", ferren::run),
     ("coverage", "are the stated errors true?", coverage::run),
 ];
 

@@ -1,55 +1,70 @@
-//! Stored reference values: CSV tables of `validation/references` and the scene of the Cornell box.
+//! Stored reference values: CSV tables of `validation/references`, and scenes that the program carries.
 
 use std::collections::BTreeMap;
 
 use glam::DVec3;
 
+use crate::scene::{self, Scene};
 use crate::{Error, Result};
 
-/// The texts of all references by file name.
+/// The texts of all references by their path in the source.
 #[derive(Clone, Debug)]
 pub struct References(BTreeMap<&'static str, String>);
 
+/// Path and text of files of the source.
 macro_rules! embedded {
     ($($folder:literal: $($name:literal),+;)+) => {
-        [$($(($name, include_str!(concat!("../../validation/", $folder, "/", $name)))),+),+]
+        [$($((concat!($folder, "/", $name), include_str!(concat!("../../", $folder, "/", $name)))),+),+]
     };
 }
+
+/// Folder of the tables.
+const TABLES: &str = "validation/references";
 
 impl Default for References {
     /// Those that the program carries.
     fn default() -> Self {
         let all = embedded! {
-            "references": "boxes.csv", "cie171_daylight.csv", "cie171_electric.csv", "colour.csv", "cornell.csv",
-                "form_factors.csv", "skies.csv", "sun.csv";
-            "cornell": "cornell.obj", "points.toml", "left_wall.pts", "white.csv", "red.csv", "green.csv", "light.csv";
+            "validation/references": "boxes.csv", "cie171_daylight.csv", "cie171_electric.csv", "colour.csv",
+                "cornell.csv", "ferren.csv", "form_factors.csv", "skies.csv", "sun.csv";
+            "validation/cornell": "cornell.obj", "points.toml", "left_wall.pts", "white.csv", "red.csv", "green.csv",
+                "light.csv";
+            "experiments/ferren": "louvre.toml", "louvre.obj", "louvre.pts", "backing.toml", "backing.obj",
+                "backing.pts", "white.csv", "black.csv", "red.csv", "yellow.csv", "green.csv", "cyan.csv", "blue.csv",
+                "magenta.csv";
         };
-        Self(all.into_iter().map(|(name, text)| (name, text.to_owned())).collect())
+        Self(all.into_iter().map(|(path, text)| (path, text.to_owned())).collect())
     }
 }
 
 impl References {
-    /// The names of the tables.
-    pub fn names(&self) -> impl Iterator<Item = &'static str> {
-        self.0.keys().copied()
-    }
-
-    /// The text of a file; empty if there is none of that name.
+    /// The text of a table; empty if there is none of that name.
     #[must_use]
-    pub fn text(&self, name: &str) -> &str {
-        self.0.get(name).map_or("", String::as_str)
+    pub fn table(&self, name: &str) -> &str {
+        self.0.get(format!("{TABLES}/{name}").as_str()).map_or("", String::as_str)
     }
 
-    /// Puts another text in the place of a file's.
-    pub fn replace(&mut self, name: &str, text: String) {
-        if let Some(old) = self.0.get_mut(name) {
+    /// Puts another text in the place of a table's.
+    pub fn replace_table(&mut self, name: &str, text: String) {
+        if let Some(old) = self.0.get_mut(format!("{TABLES}/{name}").as_str()) {
             *old = text;
         }
     }
 
+    /// A scene of a folder of the source, its text changed on the way.
+    pub(super) fn scene(&self, folder: &str, name: &str, change: impl Fn(&str) -> String) -> Result<Scene> {
+        let dir = tempfile::tempdir().map_err(|e| Error::io("a folder for a scene", &e))?;
+        for (path, text) in &self.0 {
+            let Some(file) = path.strip_prefix(folder).and_then(|p| p.strip_prefix('/')) else { continue };
+            let place = dir.path().join(file);
+            std::fs::write(&place, change(text)).map_err(|e| Error::io(&place, &e))?;
+        }
+        scene::load(&dir.path().join(name))
+    }
+
     /// The lines of a table.
     pub(super) fn rows(&self, name: &'static str) -> Result<Vec<Row>> {
-        let mut reader = csv::Reader::from_reader(self.text(name).as_bytes());
+        let mut reader = csv::Reader::from_reader(self.table(name).as_bytes());
         let broken = |e: csv::Error| Error::malformed(e.to_string()).in_file(name);
         let heads = reader.headers().map_err(broken)?.clone();
         let mut rows = Vec::new();

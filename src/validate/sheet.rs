@@ -124,6 +124,14 @@ impl Sheet {
         self.enter(name.into(), Comparison::AtLeast, known(limit, 0.0), value, 0.0);
     }
 
+    /// The share of trials in which something happens that should happen in 95 %: of so many trials, two standard
+    /// deviations fewer may be.
+    pub(super) fn in_95_percent(&mut self, name: impl Into<String>, hits: usize, trials: usize) {
+        let n = trials.max(1) as f64;
+        let slack = 2.0 * (0.95 * 0.05 / n).sqrt();
+        self.enter(name.into(), Comparison::AtLeast, known(0.95, slack), hits as f64 / n, 0.0);
+    }
+
     pub(super) fn at_most(&mut self, name: impl Into<String>, limit: f64, value: f64) {
         self.enter(name.into(), Comparison::AtMost, known(limit, 0.0), value, 0.0);
     }
