@@ -454,3 +454,17 @@ fn sun_from_a_mirror_on_the_floor_lights_the_room_and_is_accounted_for() {
     let told = quick.record.left_out.iter().find(|l| l.what.contains("reflections at mirrors"));
     assert!(told.is_some_and(|l| l.bound.contains("lx")), "pane and pool see each other");
 }
+
+#[test]
+fn a_sealed_room_under_a_bright_sky_is_dark() {
+    let mut b = Build::new();
+    let wall = b.material(diffuse("wall", 0.5));
+    b.room(DVec3::ZERO, at(4.0, 3.0, 2.7), [wall; 6]);
+    b.level("floor", at(0.0, 0.0, 0.85), at(4.0, 3.0, 0.85), 3);
+    b.0.daytime = Some(day(SkyName::Overcast, 1e5));
+    let m = solve(&b.0, &within(0.05));
+    for s in only(&m) {
+        assert_eq!((s.xyz[1], s.error_lx), (0.0, 0.0));
+    }
+    assert_eq!(m.grids[0].holding, 9);
+}

@@ -26,6 +26,8 @@ pub const GROUND: usize = 1;
 /// The sun's disc.
 pub const SUN: usize = 2;
 
+/// Share of the whole sky below which a piece is rounding: a sealed room is dark.
+const DARK: f64 = 1e-13;
 /// Blockers in a cell before it is divided.
 const MAX_BLOCKERS: usize = 40;
 /// Divisions of an octant: cells of about six degrees.
@@ -137,7 +139,7 @@ pub struct Seen<'a> {
 
 impl Receiver for Directions<'_> {
     fn piece(&mut self, eye: &Eye<'_>, piece: &Piece, _: usize, tint: &mut Tint) {
-        if eye.is_shut(piece) {
+        if eye.is_shut(piece) || configuration_factor(&piece.polygon, eye.normal) < DARK {
             return;
         }
         let panes = piece.panes();
@@ -281,7 +283,7 @@ impl Eye<'_> {
             s.blockers.sort_unstable_by(|a, b| {
                 list[*b as usize].area.total_cmp(&list[*a as usize].area).then_with(|| a.cmp(b))
             });
-            if s.visible.clip(self.world, self.x, (self.normal, 1e-9), polygon, s.blockers.iter().copied()) {
+            if s.visible.clip(self.world, self.x, (self.normal, 0.0), polygon, s.blockers.iter().copied()) {
                 let SkyScratch { visible, tint, .. } = s;
                 visible.pieces.iter().for_each(|piece| out.piece(self, piece, group, tint));
                 return 0;
@@ -351,10 +353,11 @@ impl Eye<'_> {
     fn integrate(&self, piece: &Piece, group: usize, limit: Option<f64>, tint: &mut Tint, out: &mut [f64]) {
         let is_flat = group == GROUND || self.world.daylight().and_then(|d| d.sky).is_some_and(|s| s.is_uniform());
         if is_flat && piece.panes().is_empty() {
-            out[group] += configuration_factor(&piece.polygon, self.normal);
+            let seen = configuration_factor(&piece.polygon, self.normal);
+            out[group] += if seen < DARK { 0.0 } else { seen };
             return;
         }
-        if self.is_shut(piece) {
+        if self.is_shut(piece) || configuration_factor(&piece.polygon, self.normal) < DARK {
             return;
         }
         let is_grey = piece.panes().iter().all(|p| self.speculars.pane(self.world, *p).is_some_and(Glazing::is_grey));
@@ -378,10 +381,15 @@ impl Eye<'_> {
         };
         let is_grey = piece.panes().iter().all(|p| self.speculars.pane(self.world, *p).is_some_and(Glazing::is_grey));
         let left = |p: DVec3| light(p) * self.passed(piece.panes(), p.normalize());
-        let first = piece.polygon[0];
-        for e in piece.polygon.windows(2).skip(1) {
-            let triangle = [first, e[0], e[1]];
-            let volume = first.dot(e[0].cross(e[1])).abs();
+        // The fan begins at the highest corner: clipping begins where rounding likes.
+        let n = piece.polygon.len();
+        let high = |k: &usize| self.normal.dot(piece.polygon[*k].normalize());
+        let top = (0..n).max_by(|a, b| high(a).total_cmp(&high(b))).unwrap_or(0);
+        let corner = |k: usize| piece.polygon[(top + k) % n];
+        let first = corner(0);
+        for k in 1..n - 1 {
+            let triangle = [first, corner(k), corner(k + 1)];
+            let volume = first.dot(triangle[1].cross(triangle[2])).abs();
             triangle_nodes(&left, triangle, (limit, QUADRATURE_DEPTH), 0.5 * volume, &mut |p, weight, value| {
                 if is_grey {
                     out[group] += weight * value;
@@ -466,7 +474,7 @@ impl Eye<'_> {
         cone_planes(&polygon, &mut s.planes);
         let ceiling = (self.normal, self.normal.dot(self.x));
         let few = self.world.caster.in_cone(self.x, &s.planes, ceiling, MAX_BLOCKERS, &mut s.blockers);
-        if few && s.visible.clip(self.world, self.x, (self.normal, 1e-9), &polygon, s.blockers.iter().copied()) {
+        if few && s.visible.clip(self.world, self.x, (self.normal, 0.0), &polygon, s.blockers.iter().copied()) {
             for piece in s.visible.pieces.iter().filter(|p| !self.is_shut(p)) {
                 let factor = configuration_factor(&piece.polygon, self.normal) / face_on;
                 self.enter(piece.panes(), direction, (SUN, factor), &mut s.tint, out);
