@@ -27,14 +27,19 @@ fn result(dir: &Path) {
         let _ = writeln!(text, "desk,{k},0,0,0,0,0,1,,ok,{e},{},0.45,0.41,2850", 0.01 * e);
     }
     text.push_str("desk,400,0,0,0,0,0,1,,covered,,,,,\n");
-    std::fs::write(dir.join("illuminance.csv"), text).unwrap();
+    std::fs::write(dir.join("illuminance.csv"), text).expect("the folder is ours");
 }
 
 fn compare(dir: &Path, measured: &str, more: &[&str]) -> std::process::Output {
-    std::fs::write(dir.join("measured.csv"), measured).unwrap();
+    std::fs::write(dir.join("measured.csv"), measured).expect("the folder is ours");
     let mut args = vec!["compare", ".", "--measured", "measured.csv"];
     args.extend(more);
-    Command::cargo_bin("clerestory").unwrap().current_dir(dir).args(args).output().unwrap()
+    Command::cargo_bin("clerestory")
+        .expect("the folder is ours")
+        .current_dir(dir)
+        .args(args)
+        .output()
+        .expect("the folder is ours")
 }
 
 #[test]

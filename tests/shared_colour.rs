@@ -40,18 +40,23 @@ fn golden(kind: &str) -> Option<Cases> {
 
 /// The columns of a table of curves beside the source.
 fn curves(file: &str) -> BTreeMap<String, Spectrum> {
-    let mut reader = csv::Reader::from_path(root().join("../shared/data/colour").join(file)).unwrap();
-    let names: Vec<String> = reader.headers().unwrap().iter().skip(1).map(str::to_owned).collect();
-    let rows: Vec<Vec<f64>> =
-        reader.records().map(|r| r.unwrap().iter().map(|v| v.parse().unwrap()).collect()).collect();
+    let mut reader =
+        csv::Reader::from_path(root().join("../shared/data/colour").join(file)).expect("the table is sound");
+    let names: Vec<String> = reader.headers().expect("the table is sound").iter().skip(1).map(str::to_owned).collect();
+    let rows: Vec<Vec<f64>> = reader
+        .records()
+        .map(|r| r.expect("the table is sound").iter().map(|v| v.parse().expect("the table is sound")).collect())
+        .collect();
     let nm: Vec<f64> = rows.iter().map(|r| r[0]).collect();
-    let curve = |c: usize| Spectrum::new(nm.clone(), rows.iter().map(|r| r[c + 1]).collect(), Beyond::Hold).unwrap();
+    let curve = |c: usize| {
+        Spectrum::new(nm.clone(), rows.iter().map(|r| r[c + 1]).collect(), Beyond::Hold).expect("the table is sound")
+    };
     names.iter().enumerate().map(|(c, name)| (name.clone(), curve(c))).collect()
 }
 
 /// Compares a field to the nine digits of the table, `slack` being what else may differ.
 fn check(case: &str, fields: &BTreeMap<String, String>, field: &str, ours: f64, slack: f64) -> usize {
-    let theirs: f64 = fields[field].parse().unwrap();
+    let theirs: f64 = fields[field].parse().expect("the table is sound");
     let digits = 6e-9 * theirs.abs() + 1e-12 + slack;
     assert!((ours - theirs).abs() <= digits, "{case} {field}: {ours}, the table says {theirs}");
     1
@@ -76,7 +81,7 @@ fn check_reflectance(
     let scale = 100.0 / white[1];
     let xyz = cie::sum(observer, &[light, paint], lo, hi, step).map(|v| scale * v);
     let white = white.map(|v| scale * v);
-    let [x, y] = colour::xy(xyz).unwrap();
+    let [x, y] = colour::xy(xyz).expect("the table is sound");
     let [l, a, b] = colour::lab(xyz, white);
     let d65 = colour::xyz_of(REC709.white, 100.0);
     let rgb = colour::linear_srgb(colour::adapt(xyz, white, d65)).map(|v| v / 100.0);

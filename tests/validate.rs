@@ -5,7 +5,7 @@ use clerestory::measure::Silent;
 use clerestory::validate::{self, Case, References, Suite};
 
 fn suite(name: &str, references: &References) -> Suite {
-    validate::run(&[name.into()], references, &Silent).unwrap().remove(0)
+    validate::run(&[name.into()], references, &Silent).expect("the suite runs").remove(0)
 }
 
 fn failed(suite: &Suite) -> Vec<String> {

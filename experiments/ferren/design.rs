@@ -84,13 +84,13 @@ pub(crate) fn backing() -> Design {
 
 impl Boards {
     /// Where the fronts look, and the direction across them from the viewer's edge to the other one.
-    pub fn axes(&self) -> (DVec3, DVec3) {
+    pub(crate) fn axes(&self) -> (DVec3, DVec3) {
         let (sin, cos) = self.angle_deg.to_radians().sin_cos();
         (at(-sin, 0.0, -cos), at(-cos, 0.0, sin))
     }
 
     /// Middle of board `i` on the base.
-    pub fn middle(&self, i: usize) -> DVec3 {
+    pub(crate) fn middle(&self, i: usize) -> DVec3 {
         at((i as f64 - 0.5 * (self.paints.len() - 1) as f64) * self.spacing_m, 0.0, 0.0)
     }
 
@@ -120,7 +120,7 @@ impl Boards {
 }
 
 impl Design {
-    pub fn parts(&self) -> Vec<Part> {
+    pub(crate) fn parts(&self) -> Vec<Part> {
         let sheet = |name: &str, paint: &str, [corner, u, v]: [DVec3; 3]| Part {
             name: name.into(),
             paint: paint.into(),
@@ -134,7 +134,7 @@ impl Design {
     }
 
     /// The 60 points of the measurement: surface, place and normal. On fronts where there is no backing.
-    pub fn points(&self) -> Vec<(String, DVec3, DVec3)> {
+    pub(crate) fn points(&self) -> Vec<(String, DVec3, DVec3)> {
         if let Some([corner, ..]) = self.backing {
             let place = |k: usize| at(-0.275 + 0.05 * (k / 5) as f64, 0.04 + 0.08 * (k % 5) as f64, corner.z);
             return (0..60).map(|k| ("backing".to_owned(), place(k), DVec3::NEG_Z)).collect();

@@ -6,7 +6,7 @@ use super::figure::escaped;
 use super::{Case, Comparison, Suite};
 
 /// What no case of the suite holds.
-const NOT_VALIDATED: [&str; 8] = [
+const NOT_VALIDATED: [&str; 10] = [
     "Measured rooms: no case compares with measured illuminance or luminance. The Cornell box has measured geometry, \
      reflectances and lamp spectrum, and a path-traced reference.",
     "CIE 171:2006, section 4 (measured luminaires in a room): its tables are not public. Section 6 has no numbers.",
@@ -16,6 +16,9 @@ const NOT_VALIDATED: [&str; 8] = [
     "Mirrors, glazing units of several panes, translucent sheets: held by the tests of the source; here clear single \
      panes alone.",
     "Discomfort glare, pictures, and the spectrum of several bands beyond two bands of the Cornell box.",
+    "The mean of many energy balances: each closes within what it states, but at a tolerance of 5 % the mean over seeds has a \
+     surplus, 0.06 % of the flux at a reflectance of 0.5, 0.2 % at 0.8, 0.6 % at 0.95 (known, far below the tolerance).",
+    "Luminance: comparisons are of illuminance, irradiance and chromaticity.",
     "Surfaces that are not Lambertian, fluorescence, participating media: the program does not compute them.",
 ];
 

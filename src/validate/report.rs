@@ -100,14 +100,14 @@ fn html(suites: &[Suite]) -> String {
 fn section(text: &mut String, s: &Suite) {
     let _ = write!(text, "<h2 id='{}'>{}</h2><p>{}</p>\n{}\n", s.name, s.name, escaped(s.about), strip(&s.cases));
     for (caption, svg) in &s.figures {
-        let _ = write!(text, "<figure>{svg}<figcaption>{}</figcaption></figure>\n", escaped(caption));
+        let _ = writeln!(text, "<figure>{svg}<figcaption>{}</figcaption></figure>", escaped(caption));
     }
     let open = if s.failures().next().is_some() { " open" } else { "" };
-    let _ = write!(
+    let _ = writeln!(
         text,
         "<details{open}><summary>{} cases</summary><table><tr><th>case</th><th>holds</th><th>source</th>\
          <th class='n'>reference</th><th class='n'>its uncertainty</th><th class='n'>value</th>\
-         <th class='n'>stated error</th><th></th></tr>\n",
+         <th class='n'>stated error</th><th></th></tr>",
         s.cases.len()
     );
     for c in &s.cases {
@@ -123,10 +123,10 @@ fn line(text: &mut String, c: &Case) {
         super::Comparison::AtMost => "≤ ",
         _ => "",
     };
-    let _ = write!(
+    let _ = writeln!(
         text,
         "<tr class='{class}'><td>{}</td><td>{}</td><td>{}</td><td class='n'>{sign}{} {unit}</td><td class='n'>{}</td>\
-         <td class='n'>{} {unit}</td><td class='n'>{}</td><td>{verdict}</td></tr>\n",
+         <td class='n'>{} {unit}</td><td class='n'>{}</td><td>{verdict}</td></tr>",
         escaped(&c.name),
         escaped(&c.holds),
         escaped(&c.source),
