@@ -146,7 +146,7 @@ impl Bands {
     }
 
     /// Largest share of each alpha-opic irradiance that these bands may miss, for light of each lamp as it is and after
-    /// one and two reflections at each material (faint light counts less, see [`planner::FAINT`]). Zero in RGB mode.
+    /// one and two reflections at each material (what is fainter than 0.3 of the direct light counts less). Zero in RGB mode.
     ///
     /// # Errors
     /// Impossible for a light below zero.
