@@ -16,6 +16,8 @@
 //! | [`annual`] | a scene, weather | every hour of the year with its error, climate-based metrics |
 //! | [`chart`] | a scene | speed against accuracy of every method on it |
 //! | [`report`] | a [`measure::Measurement`] | CSV, maps, EXR, HDR, PNG, `run.json` |
+//! | [`compare`] | a result, measured values | bias, RMS, share within the uncertainties |
+//! | [`validate`] | names of suites | cases: computed against known values, with a report |
 //!
 //! # Glossary
 //!
@@ -35,6 +37,7 @@
 pub mod annual;
 pub mod chart;
 pub mod cli;
+pub mod compare;
 pub mod error;
 pub mod light;
 pub mod measure;
@@ -44,5 +47,6 @@ pub mod scene;
 pub mod solve;
 pub mod spectrum;
 pub mod transport;
+pub mod validate;
 
 pub use error::{Error, Result};

@@ -6,10 +6,12 @@
 mod annual;
 mod chart;
 mod check;
+mod compare;
 mod cpu;
 mod luminaire;
 mod progress;
 mod solve;
+mod validate;
 
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -58,6 +60,10 @@ enum Command {
     Check(CheckArgs),
     /// Tell what a photometric file holds (IES LM-63, EULUMDAT), draw it, convert it.
     Luminaire(LuminaireArgs),
+    /// Run the validation suite: computed against known values, with a report; exit code 1 if a case fails.
+    Validate(ValidateArgs),
+    /// Hold a result against measured values at its points: bias, RMS, share within the uncertainties, chart.
+    Compare(CompareArgs),
     /// Print the JSON Schema of the scene file, for editors.
     Schema,
 }
@@ -83,6 +89,9 @@ struct SolveArgs {
     /// Unit of illuminance in the tables and on the terminal; run.json and maps stay in lux.
     #[arg(long, value_enum, default_value_t = UnitsArg::Lx)]
     units: UnitsArg,
+    /// Report alpha-opic irradiances and melanopic EDI (CIE S 026), and hold the tolerance in every band.
+    #[arg(long)]
+    alpha_opic: bool,
     /// Patches along the longest side; with the classic methods only.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=512))]
     patches: Option<u32>,
@@ -261,6 +270,44 @@ struct ChartArgs {
     quiet: bool,
 }
 
+/// Arguments of `validate`.
+#[derive(Args, Debug)]
+struct ValidateArgs {
+    /// Suites to run [default: all]: form-factors, radiosity, energy, stability, colour, sky, cie-171, luminaires,
+    /// cornell, ferren, coverage.
+    #[arg(value_name = "SUITE")]
+    suites: Vec<String>,
+    /// Folder for the report: index.html, validation.csv, validation.json, VALIDATION.md [default: ./out/validate].
+    #[arg(short, long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print the cases as JSON; without -o no file is written.
+    #[arg(long)]
+    json: bool,
+    /// Threads [default: all processors]. The results do not depend on it.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    threads: Option<u32>,
+    /// No progress.
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+/// Arguments of `compare`.
+#[derive(Args, Debug)]
+struct CompareArgs {
+    /// The folder that `solve` wrote, or its illuminance.csv.
+    result: PathBuf,
+    /// Measured values: a CSV with the columns grid and point, illuminance_lx with uncertainty_lx, or cie_x and cie_y
+    /// with uncertainty_xy (uncertainties at 95 %). Empty fields were not measured; other columns are left alone.
+    #[arg(long, value_name = "FILE")]
+    measured: PathBuf,
+    /// Folder for compare.csv and compare.svg [default: none are written].
+    #[arg(short, long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print the figures as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
 /// How to solve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum MethodArg {
@@ -355,6 +402,8 @@ pub fn run() -> ExitCode {
         Command::Chart(args) => chart::run(args),
         Command::Check(args) => check::run(args),
         Command::Luminaire(args) => luminaire::run(args),
+        Command::Validate(args) => validate::run(args),
+        Command::Compare(args) => compare::run(args),
         Command::Schema => schema(),
     };
     outcome.unwrap_or_else(|e| fail(&e))

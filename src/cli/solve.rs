@@ -76,6 +76,7 @@ fn options(args: &SolveArgs) -> SolveOptions {
         tolerance: args.tolerance,
         method: args.method.into(),
         spectral: args.spectral,
+        alpha_opic: args.alpha_opic,
         seed: args.run.seed,
         paths: args.paths,
         patches: args.patches,

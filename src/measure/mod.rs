@@ -5,6 +5,7 @@
 //! error, and refines what the statement blames.
 
 mod adaptive;
+mod alpha_opic;
 mod appraisal;
 mod camera;
 mod classic;
@@ -24,6 +25,7 @@ mod run;
 mod statement;
 mod states;
 
+pub use alpha_opic::{AlphaOpic, AlphaOpicScale};
 pub use appraisal::{Appraisal, Judged, Power, RoomSurface, Verdict};
 pub use coefficients::{Coefficients, ESTIMATES, GridCoefficients, SunScratch};
 pub use options::{Display, Method, Progress, Silent, SolveOptions};

@@ -9,6 +9,8 @@ pub struct SolveOptions {
     pub method: Method,
     /// Report every band, and hold the tolerance in every band.
     pub spectral: bool,
+    /// Report what the light does to the receptors of CIE S 026; measures every band as `spectral` does.
+    pub alpha_opic: bool,
     /// Seed of all random numbers.
     pub seed: u64,
     /// Paths per sensor for [`Method::PathTracing`]; chosen from the tolerance when absent.
@@ -29,6 +31,7 @@ impl Default for SolveOptions {
             tolerance: 0.05,
             method: Method::Auto,
             spectral: false,
+            alpha_opic: false,
             seed: 1,
             paths: None,
             patches: None,

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::alpha_opic::AlphaOpicScale;
 use super::appraisal::Appraisal;
 use crate::scene::{GridLayout, View};
 use crate::spectrum::Bands;
@@ -23,6 +24,8 @@ pub struct Measurement {
     pub glare: Vec<Glare>,
     /// Requirements, watts, surfaces of the room.
     pub appraisal: Appraisal,
+    /// How to read alpha-opic irradiances, where they were asked for.
+    pub alpha_opic: Option<AlphaOpicScale>,
     /// Where the light went, per band.
     pub ledger: Ledger,
     /// What was chosen and why, for the user to read.

@@ -7,6 +7,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::adaptive::{Adapted, Light, SensorState, Task};
+use super::alpha_opic::AlphaOpicScale;
 use super::appraisal::Appraisal;
 use super::coefficients::Coefficients;
 use super::gather::Solved;
@@ -45,7 +46,8 @@ pub fn solve(scene: &Scene, options: &SolveOptions, progress: &dyn Progress) -> 
     progress.stage("geometry", 0);
     let daylight = Daylight::new(scene)?;
     let luminaires = Luminaires::new(scene)?;
-    let (bands, why) = plan_bands(scene, daylight.as_ref(), &luminaires, options.tolerance)?;
+    let options = &SolveOptions { spectral: options.spectral || options.alpha_opic, ..options.clone() };
+    let (bands, why, alpha_opic) = plan_bands(scene, daylight.as_ref(), &luminaires, options)?;
     let power = appraisal::power(scene, &luminaires);
     let (told, tables) = (luminaires.warnings.clone(), luminaires.tables.clone());
     let world = World::with_daylight(scene, daylight).hang(luminaires);
@@ -86,6 +88,7 @@ pub fn solve(scene: &Scene, options: &SolveOptions, progress: &dyn Progress) -> 
         Method::PathTracing => by_path_tracing(&task, record),
         _ => classic::run(&task, record)?,
     };
+    measurement.alpha_opic = alpha_opic;
     measurement.appraisal.power = power;
     appraisal::appraise(scene, &mut measurement);
     Ok(measurement)
@@ -114,7 +117,7 @@ pub fn coefficients(
     }
     let start = Instant::now();
     let world = World::with_daylight(scene, Some(Daylight::uniform(day)));
-    let (bands, why) = plan_bands(scene, world.daylight(), &Luminaires::default(), options.tolerance)?;
+    let (bands, why, _) = plan_bands(scene, world.daylight(), &Luminaires::default(), options)?;
     let optics = Optics::new(scene, &world, bands);
     let mut record = Record {
         method: "daylight coefficients".into(),
@@ -215,13 +218,13 @@ fn covered_luminaires(scene: &Scene, world: &World, tables: &[String]) -> Option
     ))
 }
 
-/// The bands of a run: the scene's own spectra decide.
+/// The bands of a run: the scene's own spectra decide. With the scale of alpha-opic irradiances, where asked for.
 fn plan_bands(
     scene: &Scene,
     daylight: Option<&Daylight>,
     luminaires: &Luminaires,
-    tolerance: f64,
-) -> Result<(Bands, String)> {
+    options: &SolveOptions,
+) -> Result<(Bands, String, Option<AlphaOpicScale>)> {
     let mut area = vec![0.0; scene.materials.len()];
     for f in &scene.faces {
         area[f.material] += f.area_m2;
@@ -248,7 +251,17 @@ fn plan_bands(
     if let Some(light) = daylight {
         lights.extend([(&light.sky_irradiance, open_m2 / PI), (&light.sun_irradiance, open_m2 / PI)]);
     }
-    Bands::plan(&scene.bands, &reflectances, &lights, tolerance)
+    let (mut bands, mut why) = Bands::plan(&scene.bands, &reflectances, &lights, options.tolerance)?;
+    if !options.alpha_opic {
+        return Ok((bands, why, None));
+    }
+    let chosen = bands.len();
+    bands = bands.narrowed();
+    if bands.len() != chosen {
+        why = format!("narrow enough for alpha-opic irradiances; for the eye {chosen} would do");
+    }
+    let scale = AlphaOpicScale::new(&bands, &reflectances, &lights)?;
+    Ok((bands, why, Some(scale)))
 }
 
 fn by_radiosity(task: &Task<'_>, mut record: Record) -> Result<Measurement> {
@@ -292,6 +305,7 @@ fn by_radiosity(task: &Task<'_>, mut record: Record) -> Result<Measurement> {
         views,
         outdoor_lx: outdoor_lx(task.world),
         appraisal: Appraisal { surfaces: room_surfaces::surfaces(task, optics, main, twin), ..Appraisal::default() },
+        alpha_opic: None,
         ledger,
         record,
     })
@@ -480,6 +494,7 @@ fn by_path_tracing(task: &Task<'_>, mut record: Record) -> Measurement {
         views,
         outdoor_lx: outdoor_lx(task.world),
         appraisal: Appraisal::default(),
+        alpha_opic: None,
         ledger: Ledger::default(),
         record,
     }

@@ -3,6 +3,7 @@
 //! In: a [`Measurement`] and its [`Scene`]. Out: files in one directory, each whole or not at all. Nothing
 //! is computed here but means, colours and pictures; a value that is not finite is refused, never written.
 
+mod alpha_opic;
 mod annual;
 mod annual_json;
 mod annual_pictures;
@@ -111,6 +112,9 @@ pub fn write_all(
     }
     if spectral && m.bands.is_spectral() {
         write("irradiance.csv", table::irradiance(m)?)?;
+    }
+    if let Some(scale) = &m.alpha_opic {
+        write("alpha_opic.csv", alpha_opic::table(m, scale)?)?;
     }
     if !m.glare.is_empty() {
         write("glare.csv", table::glare(m)?)?;

@@ -144,6 +144,7 @@ pub(super) fn measurement(mode: &BandMode) -> Measurement {
         outdoor_lx: Some(10_000.0),
         glare: Vec::new(),
         appraisal: Default::default(),
+        alpha_opic: None,
         ledger: Ledger {
             emitted: vec![10.0; n],
             absorbed: vec![9.0; n],

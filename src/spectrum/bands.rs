@@ -2,6 +2,7 @@
 
 use std::sync::LazyLock;
 
+use super::action::{self, ALPHA_OPIC};
 use super::colour::{self, REC709, reflectance_rgb};
 use super::planner::{self, Lamps};
 use super::{KM, SpectralValue, Spectrum, cie, illuminant};
@@ -119,6 +120,72 @@ impl Bands {
         bands.photometric = true;
         bands.weighting.fill(Weighting::Observer);
         bands
+    }
+
+    /// Narrow bands in place of several that the program has chosen for the eye: what colour and luminance forgive, other
+    /// receptors do not. Bands that the user gave, and the single band of grey scenes, stay.
+    #[must_use]
+    pub fn narrowed(self) -> Self {
+        if !(self.spectral && self.photometric) || self.len() < 2 {
+            return self;
+        }
+        Self::whole(&narrow_edges(), self.light)
+    }
+
+    /// Alpha-opic irradiances, W/m², per unit of each band's value in W/(m² nm), in the order of [`ALPHA_OPIC`]; `None`
+    /// of red, green and blue, which say too little.
+    #[must_use]
+    pub fn alpha_opic_weights(&self) -> Option<Vec<[f64; 5]>> {
+        let weight = |&(lo, hi): &(f64, f64)| {
+            let mean = self.light.mean(lo, hi);
+            let even = Spectrum::constant(1.0);
+            let (light, mean) = if mean > 0.0 { (&self.light, mean) } else { (&even, 1.0) };
+            ALPHA_OPIC.map(|action| action.integral(light, lo, hi) / mean)
+        };
+        self.spectral.then(|| self.limits_nm.iter().map(weight).collect())
+    }
+
+    /// Largest share of each alpha-opic irradiance that these bands may miss, for light of each lamp as it is and after
+    /// one and two reflections at each material (what is fainter than 0.3 of the direct light counts less). Zero in RGB mode.
+    ///
+    /// # Errors
+    /// Impossible for a light below zero.
+    pub fn alpha_opic_miss(
+        &self,
+        reflectances: &[(&SpectralValue, f64)],
+        lights: &[(&Spectrum, f64)],
+    ) -> Result<[f64; 5]> {
+        let mut worst = [0.0f64; 5];
+        let Some(weights) = self.alpha_opic_weights() else { return Ok(worst) };
+        let in_bands = |values: &mut dyn Iterator<Item = f64>| -> [f64; 5] {
+            values.zip(&weights).fold([0.0; 5], |sum, (v, w)| std::array::from_fn(|k| sum[k] + v * w[k]))
+        };
+        for lamp in &Lamps::new(lights)?.kinds {
+            let radiance = self.radiance(lamp);
+            let whole = |of: &dyn Fn(f64) -> f64, knots: &[f64]| {
+                ALPHA_OPIC.map(|action| {
+                    let (lo, hi) = action::RANGE_NM;
+                    let knots = [lamp.knots_nm(), knots];
+                    cie::nodes(lo, hi, &knots).map(|(nm, w)| w * lamp.at(nm) * of(nm) * action.at(nm)).sum::<f64>()
+                })
+            };
+            let direct = whole(&|_| 1.0, &[]);
+            let mut tell = |exact: [f64; 5], ours: [f64; 5]| {
+                for k in (0..5).filter(|&k| direct[k] > 0.0) {
+                    let against = exact[k].max(planner::FAINT * direct[k]);
+                    worst[k] = worst[k].max((ours[k] - exact[k]).abs() / against);
+                }
+            };
+            tell(direct, in_bands(&mut radiance.iter().copied()));
+            for (value, _) in reflectances.iter().filter(|(v, _)| !v.is_grey()) {
+                let (curve, rho) = (value.to_spectrum(), self.reflectance(value));
+                for bounces in 1..=2 {
+                    let exact = whole(&|nm| curve.at(nm).powi(bounces), curve.knots_nm());
+                    tell(exact, in_bands(&mut radiance.iter().zip(&rho).map(|(l, r)| l * r.powi(bounces))));
+                }
+            }
+        }
+        Ok(worst)
     }
 
     /// Bands by the user's edges, with what they miss.
@@ -273,6 +340,12 @@ impl Bands {
             .unwrap_or([curve.mean(cie::FIRST_NM, cie::LAST_NM); 3])
             .map(|v| v.max(curve.min()).min(curve.max()))
     }
+}
+
+/// Edges of [`Bands::narrowed`]: 10 nm where receptors are, open at the ends.
+fn narrow_edges() -> Vec<f64> {
+    let inner = (38..=72).map(|tens| 10.0 * f64::from(tens));
+    std::iter::once(cie::FIRST_NM).chain(inner).chain(std::iter::once(cie::LAST_NM)).collect()
 }
 
 /// `K_m ∫ S cmf dλ` over the mean of S; S is constant where there is no light.

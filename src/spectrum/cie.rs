@@ -1,28 +1,61 @@
-//! The CIE 1931 observer and the one quadrature rule of this module.
+//! The observers of the CIE and the one quadrature rule of this module.
 //!
 //! The colour-matching functions are taken as linear between their entries at 1 nm, as every other curve is
 //! linear between its knots. On a stretch without knots a product of up to three curves is then a cubic at
 //! most, which Gauss's rule with two points integrates exactly.
 
 use super::Spectrum;
-use super::tables::cie1931::CMF;
+use super::tables::{cie1931, cie1964};
 
 /// First wavelength of the observer's table, nm.
 pub const FIRST_NM: f64 = 360.0;
 /// Last wavelength of the observer's table, nm.
 pub const LAST_NM: f64 = 830.0;
 
-/// Colour-matching functions x̄, ȳ, z̄ of the CIE 1931 observer at a wavelength in nm; zero outside 360 to
-/// 830 nm. Source: CIE 018:2019.
+/// A standard observer of the CIE.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Observer {
+    /// Of 1931, for fields of 2°: that of photometry.
+    Cie1931,
+    /// Of 1964, for fields of 10°.
+    Cie1964,
+}
+
+impl Observer {
+    /// Colour-matching functions x̄, ȳ, z̄ at a wavelength in nm, linear between whole nanometres; zero outside 360 to
+    /// 830 nm. Source: CIE 018:2019, ISO/CIE 11664-1:2019.
+    #[must_use]
+    pub fn cmf(self, nm: f64) -> [f64; 3] {
+        if !(FIRST_NM..=LAST_NM).contains(&nm) {
+            return [0.0; 3];
+        }
+        let table = match self {
+            Self::Cie1931 => &cie1931::CMF,
+            Self::Cie1964 => &cie1964::CMF,
+        };
+        let place = nm - FIRST_NM;
+        let left = (place as usize).min(table.len() - 2);
+        let t = place - left as f64;
+        std::array::from_fn(|c| table[left][c] * (1.0 - t) + table[left + 1][c] * t)
+    }
+}
+
+/// [`Observer::cmf`] of the 1931 observer.
 #[must_use]
 pub fn cmf(nm: f64) -> [f64; 3] {
-    if !(FIRST_NM..=LAST_NM).contains(&nm) {
-        return [0.0; 3];
-    }
-    let place = nm - FIRST_NM;
-    let left = (place as usize).min(CMF.len() - 2);
-    let t = place - left as f64;
-    std::array::from_fn(|c| CMF[left][c] * (1.0 - t) + CMF[left + 1][c] * t)
+    Observer::Cie1931.cmf(nm)
+}
+
+/// Sum of the products of the curves with x̄, ȳ, z̄ at `lo_nm`, `lo_nm + step_nm`, … `hi_nm`: how tables of colour are
+/// made (CIE 15:2018, section 7.2, allows steps up to 5 nm). Light itself is integrated, see [`integral`].
+#[must_use]
+pub fn sum(observer: Observer, curves: &[&Spectrum], lo_nm: f64, hi_nm: f64, step_nm: f64) -> [f64; 3] {
+    let last = ((hi_nm - lo_nm) / step_nm).round().max(0.0) as usize;
+    (0..=last).map(|i| lo_nm + step_nm * i as f64).fold([0.0; 3], |sum, nm| {
+        let v: f64 = curves.iter().map(|s| s.at(nm)).product();
+        let c = observer.cmf(nm);
+        std::array::from_fn(|k| sum[k] + v * c[k])
+    })
 }
 
 /// `∫ S x̄ dλ`, `∫ S ȳ dλ`, `∫ S z̄ dλ` over `lo_nm..=hi_nm`, without K_m.

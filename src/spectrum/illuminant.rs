@@ -20,6 +20,8 @@ const ILLUMINANT_A: (f64, f64) = (1.435e7 / 2848.0, 560.0);
 const CCT_K: (f64, f64) = (1000.0, 25000.0);
 /// Least colour temperature of CIE daylight, K.
 const LEAST_DAYLIGHT_K: f64 = 4000.0;
+/// From here on, K, lights are compared with daylight instead of black bodies (CIE 13.3-1995).
+pub(super) const LEAST_PHASE_K: f64 = 5000.0;
 
 /// The names that [`illuminant`] knows.
 #[must_use]
@@ -92,12 +94,19 @@ pub fn from_cct(kelvin: f64) -> Result<Spectrum> {
         ))
         .mend("give the spectrum as a file or name a CIE illuminant"));
     }
-    if kelvin < LEAST_DAYLIGHT_K {
-        let norm = planck(560.0, kelvin);
-        return Ok(sampled(|nm| 100.0 * planck(nm, kelvin) / norm));
-    }
+    Ok(if kelvin < LEAST_DAYLIGHT_K { black_body(kelvin) } else { daylight(kelvin) })
+}
+
+/// A black body, 100 at 560 nm.
+pub(super) fn black_body(kelvin: f64) -> Spectrum {
+    let norm = planck(560.0, kelvin);
+    sampled(|nm| 100.0 * planck(nm, kelvin) / norm)
+}
+
+/// CIE daylight, 100 at 560 nm; defined from 4000 to 25000 K.
+pub(super) fn daylight(kelvin: f64) -> Spectrum {
     let m = daylight_factors(kelvin);
-    Ok(sampled(|nm| daylight_value(m, nm)))
+    sampled(|nm| daylight_value(m, nm))
 }
 
 /// Spectral exitance of a black body, relative, at a wavelength in nm.
@@ -106,15 +115,22 @@ pub(super) fn planck(nm: f64, kelvin: f64) -> f64 {
     (560.0 / nm).powi(5) / (C2_M_K / (m * kelvin)).exp_m1()
 }
 
-/// M1 and M2 of daylight (CIE 15:2018, phases of daylight).
-fn daylight_factors(kelvin: f64) -> [f64; 2] {
+/// Chromaticity x, y of CIE daylight of 4000 to 25000 K (CIE 15:2018, phases of daylight).
+#[must_use]
+pub fn daylight_xy(kelvin: f64) -> [f64; 2] {
     let t = 1e3 / kelvin;
     let x = if kelvin <= 7000.0 {
         0.244063 + t * (0.09911 + t * (2.9678 - t * 4.6070))
     } else {
         0.237040 + t * (0.24748 + t * (1.9018 - t * 2.0064))
     };
-    let y = -3.0 * x * x + 2.870 * x - 0.275;
+    [x, -3.0 * x * x + 2.870 * x - 0.275]
+}
+
+/// Factors M1 and M2 of the components of CIE daylight of 4000 to 25000 K.
+#[must_use]
+pub fn daylight_factors(kelvin: f64) -> [f64; 2] {
+    let [x, y] = daylight_xy(kelvin);
     let m = 0.0241 + 0.2562 * x - 0.7341 * y;
     [(-1.3515 - 1.7703 * x + 5.9114 * y) / m, (0.0300 - 31.4424 * x + 30.0717 * y) / m]
 }

@@ -5,6 +5,7 @@
 //! CIE XYZ. All integrals are exact for the piecewise linear curves (see [`cie`]), so that a sum over bands
 //! equals the whole.
 
+mod action;
 mod bands;
 pub mod cie;
 pub mod colour;
@@ -14,9 +15,10 @@ mod planner;
 mod tables;
 mod upsample;
 
+pub use action::{ALPHA_OPIC, Action, KM_SCOTOPIC, daylight_efficacy_ratio, scotopic_over_photopic};
 pub use bands::{BandMode, Bands};
 pub use curve::{Beyond, Spectrum};
-pub use illuminant::{from_cct, illuminant, illuminant_names};
+pub use illuminant::{daylight_factors, daylight_xy, from_cct, illuminant, illuminant_names};
 pub use upsample::SpectralValue;
 
 /// Maximum luminous efficacy of radiation, lm/W (CIE 018:2019).

@@ -14,7 +14,7 @@ pub(super) struct Lamps {
     /// Sum over the emitters of radiance times area; equal energy if there are none.
     pub(super) total: Spectrum,
     /// The kinds of lamps that differ by more than a factor, strongest first.
-    kinds: Vec<Spectrum>,
+    pub(super) kinds: Vec<Spectrum>,
 }
 
 /// More kinds of lamps or coloured materials than these are judged by the strongest and the largest alone.
@@ -108,7 +108,7 @@ const SHARE: f64 = 0.1;
 /// Least chromaticity error worth avoiding, u'v': a just visible step is about 0.002.
 const LEAST_UV: f64 = 2e-3;
 /// Light weaker than this share of the direct light counts less: other light drowns it.
-const FAINT: f64 = 0.3;
+pub(super) const FAINT: f64 = 0.3;
 /// Highest mean reflectance of the model.
 const MOST_MEAN: f64 = 0.99;
 

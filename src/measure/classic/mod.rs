@@ -111,6 +111,7 @@ pub(super) fn run(task: &Task<'_>, mut record: Record) -> Result<Measurement> {
         ledger,
         record,
         outdoor_lx: None,
+        alpha_opic: None,
     })
 }
 

@@ -1,0 +1,152 @@
+//! Reads results and measured values.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use super::{Comparison, Pair, Quantity, Reading};
+use crate::{Error, Result};
+
+/// Computed readings by grid and point.
+pub type Computed = BTreeMap<(String, usize), BTreeMap<&'static str, Reading>>;
+
+/// A table with the places of its columns.
+struct Table {
+    reader: csv::Reader<std::fs::File>,
+    columns: BTreeMap<String, usize>,
+}
+
+impl Table {
+    fn open(path: &Path) -> Result<Self> {
+        let file = std::fs::File::open(path).map_err(|e| Error::io(path, &e))?;
+        let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(file);
+        let heads = reader.headers().map_err(|e| Error::malformed(e.to_string()).in_file(path).at_line(1))?;
+        let columns = heads.iter().enumerate().map(|(i, h)| (h.trim_start_matches('\u{feff}').to_owned(), i)).collect();
+        Ok(Self { reader, columns })
+    }
+}
+
+/// A row that can tell what is wrong with it.
+struct Row<'a> {
+    path: &'a Path,
+    line: usize,
+    record: csv::StringRecord,
+    columns: &'a BTreeMap<String, usize>,
+}
+
+impl Row<'_> {
+    fn text(&self, column: &str) -> Option<&str> {
+        self.columns.get(column).and_then(|i| self.record.get(*i)).filter(|t| !t.is_empty())
+    }
+
+    fn wrong(&self, what: String) -> Error {
+        Error::malformed(what).in_file(self.path).at_line(self.line)
+    }
+
+    /// A number, or nothing where the field is empty or missing.
+    fn number(&self, column: &str) -> Result<Option<f64>> {
+        let Some(text) = self.text(column) else { return Ok(None) };
+        match text.parse::<f64>() {
+            Ok(v) if v.is_finite() => Ok(Some(v)),
+            _ => Err(self
+                .wrong(format!("{column} is {text:?}, expected a number"))
+                .mend("leave it empty if not measured")),
+        }
+    }
+
+    fn key(&self) -> Result<(String, usize)> {
+        let grid = self.text("grid").ok_or_else(|| self.wrong("no grid is named".into()))?;
+        let point = self.text("point").unwrap_or_default();
+        let number = point.parse().map_err(|_| self.wrong(format!("point is {point:?}, expected a number from 0")))?;
+        Ok((grid.to_owned(), number))
+    }
+}
+
+/// Calls `each` with every row; the named columns must be there.
+fn rows(path: &Path, wanted: &[&str], mut each: impl FnMut(&Row<'_>) -> Result<()>) -> Result<()> {
+    let Table { mut reader, columns } = Table::open(path)?;
+    if let Some(missing) = wanted.iter().find(|w| !columns.contains_key(**w)) {
+        return Err(Error::malformed(format!("no column {missing}"))
+            .mend(format!("the table needs the columns {}", wanted.join(", ")))
+            .in_file(path)
+            .at_line(1));
+    }
+    for record in reader.records() {
+        let record = record.map_err(|e| {
+            let line = e.position().map_or(1, |p| p.line() as usize);
+            Error::malformed(e.to_string()).in_file(path).at_line(line)
+        })?;
+        let line = record.position().map_or(1, |p| p.line() as usize);
+        each(&Row { path, line, record, columns: &columns })?;
+    }
+    Ok(())
+}
+
+/// The readings of `illuminance.csv`, or of the folder that holds it.
+///
+/// # Errors
+/// Io where it cannot be read, malformed with file and line where it is no such table.
+pub fn result(path: &Path) -> Result<Computed> {
+    let path = if path.is_dir() { path.join("illuminance.csv") } else { path.to_path_buf() };
+    let mut computed = Computed::new();
+    rows(&path, &["grid", "point", "status", "illuminance_lx", "error_lx"], |row| {
+        let mut readings = BTreeMap::new();
+        for quantity in Quantity::ALL {
+            // Chromaticities have no stated error of their own in the table.
+            let error = if quantity == Quantity::Illuminance { row.number("error_lx")? } else { Some(0.0) };
+            if let (Some(value), Some(error)) = (row.number(quantity.column())?, error) {
+                readings.insert(quantity.column(), Reading { value, error });
+            }
+        }
+        computed.insert(row.key()?, readings);
+        Ok(())
+    })?;
+    Ok(computed)
+}
+
+/// Measured values beside what was computed at the same points, one comparison for each quantity that was measured.
+///
+/// # Errors
+/// Io where the file cannot be read; malformed with file and line for what cannot be, an unknown point, or a table in which
+/// nothing was measured.
+pub fn measured(path: &Path, computed: &Computed) -> Result<Vec<Comparison>> {
+    let mut pairs: [Vec<Pair>; 3] = Default::default();
+    rows(path, &["grid", "point"], |row| {
+        for (quantity, list) in Quantity::ALL.into_iter().zip(&mut pairs) {
+            let Some(value) = row.number(quantity.column())? else { continue };
+            let key = row.key()?;
+            let Some(there) = computed.get(&key) else {
+                return Err(row
+                    .wrong(format!("the result has no point {} in grid {:?}", key.1, key.0))
+                    .mend("points count from 0 in the order of illuminance.csv"));
+            };
+            let Some(found) = there.get(quantity.column()) else {
+                let what = quantity.column();
+                return Err(row.wrong(format!("point {} of grid {:?} has no {what} in the result", key.1, key.0)));
+            };
+            list.push(Pair { grid: key.0, point: key.1, measured: reading(row, quantity, value)?, computed: *found });
+        }
+        Ok(())
+    })?;
+    let found: Vec<Comparison> =
+        Quantity::ALL.into_iter().zip(pairs).filter_map(|(q, p)| Comparison::of(q, p)).collect();
+    if found.is_empty() {
+        return Err(Error::malformed("nothing was measured")
+            .mend("fill in illuminance_lx and uncertainty_lx, or cie_x, cie_y and uncertainty_xy")
+            .in_file(path));
+    }
+    Ok(found)
+}
+
+/// A measured value with its uncertainty, both of which must be physical.
+fn reading(row: &Row<'_>, quantity: Quantity, value: f64) -> Result<Reading> {
+    if value <= 0.0 {
+        return Err(row.wrong(format!("{} is {value}, expected more than nothing", quantity.column())));
+    }
+    let column = quantity.uncertainty_column();
+    let error = row.number(column)?;
+    let error = error.ok_or_else(|| row.wrong(format!("{} has no {column}", quantity.column())))?;
+    if error < 0.0 {
+        return Err(row.wrong(format!("{column} is {error}, expected none below zero")));
+    }
+    Ok(Reading { value, error })
+}
