@@ -56,6 +56,17 @@ fn obj(design: &Design) -> String {
     text
 }
 
+/// The viewer of the protocol: 1.2 m before the boards, 0.25 m up, aimed at 0.2 m.
+const CAMERA: &str = "\
+[[views]]
+name = \"viewer\"
+position_m = [0, 0.25, -1.2]
+direction = [0, -0.05, 1.2]
+up = [0, 1, 0]
+fov_deg = 32
+pixels = [512, 512]
+";
+
 fn scene(design: &Design) -> String {
     let mut text = format!(
         "title = \"Boards with hidden colours: {0}\"\n\n[geometry]\nfiles = [\"{0}.obj\"]\nunit = \"m\"\nup = \"y\"\n\n\
@@ -70,7 +81,7 @@ fn scene(design: &Design) -> String {
     let _ = write!(
         text,
         "\n[materials.sky]\nreflectance = 0.0\nemission = {{ luminance_cd_m2 = 4000, spectrum = \"D65\" }}\n\n\
-         [[grids]]\nname = \"points\"\npoints = \"{}.pts\"\n",
+         [[grids]]\nname = \"points\"\npoints = \"{}.pts\"\n\n{CAMERA}",
         design.name
     );
     text

@@ -16,7 +16,8 @@ const SOURCE: &str =
 pub(super) fn run(references: &References, sheet: &mut Sheet) -> Result<()> {
     let rows = references.rows("ferren.csv")?;
     for arrangement in ["louvre", "backing"] {
-        let scene = references.scene("experiments/ferren", &format!("{arrangement}.toml"), str::to_owned)?;
+        let mut scene = references.scene("experiments/ferren", &format!("{arrangement}.toml"), str::to_owned)?;
+        scene.views.clear();
         let m = measure::solve(&scene, &SolveOptions { tolerance: TOLERANCE, ..SolveOptions::default() }, &Silent)?;
         let sensors = &m.grids[0].sensors;
         let (mut off, mut near, mut inside) = (Vec::new(), 0, 0);

@@ -94,8 +94,8 @@ pub(super) fn paint(task: &Task<'_>, view: &View, number: usize, main: &Solved, 
         .places
         .iter()
         .zip(&judged.stated)
-        .filter(|(_, s)| s.value > 0.0)
-        .map(|(place, s)| s.error.hypot(painter.fitted(&base, &records, place) - s.value) / s.value)
+        .filter(|(_, s)| s.scale > 0.0)
+        .map(|(place, s)| s.error.hypot(painter.fitted(&base, &records, place) - s.value) / s.scale)
         .collect();
     errors.sort_by(f64::total_cmp);
     let n = task.optics.bands.len();
