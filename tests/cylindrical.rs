@@ -3,13 +3,11 @@
 mod common;
 
 use std::f64::consts::PI;
-use std::path::PathBuf;
 
 use clerestory::measure::{GridResult, Method, SolveOptions};
 use clerestory::scene::{Grid, GridLayout, LuminaireRow, Receiver, Scene, Sensor};
-use clerestory::spectrum::Spectrum;
 use common::{Build, assert_near, at, diffuse, lit, misses_allowed, paths, solve, within};
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 
 /// Adds a grid of bodies; half cylinders look along the second of each pair.
 fn bodies(scene: &mut Scene, receiver: Receiver, points: &[(DVec3, DVec3)]) {
@@ -77,19 +75,7 @@ fn a_point_source_lights_bodies_by_their_kernels() {
     b.rectangle(at(-5.0, -5.0, 0.0), at(10.0, 0.0, 0.0), at(0.0, 10.0, 0.0), black);
     let places = [at(2.0, 0.0, 1.5), at(-1.0, 1.7, 1.5), at(0.3, -0.2, 1.5), at(1.0, 1.0, 3.5)];
     let lamp = at(0.0, 0.0, 3.0);
-    b.0.luminaires.push(LuminaireRow {
-        file: PathBuf::from("lamp.ies"),
-        bytes: file,
-        positions: vec![lamp],
-        axes: DMat3::IDENTITY,
-        flux_lm: None,
-        factor: 1.0,
-        spectrum: Spectrum::constant(1.0),
-        group: None,
-        power_w: None,
-        ra: None,
-        line: 1,
-    });
+    b.0.luminaires.push(LuminaireRow::aimed_down(file, vec![lamp]));
     let ahead = at(0.6, -0.8, 0.0);
     bodies(&mut b.0, Receiver::Cylinder, &places.map(|p| (p, DVec3::Z)));
     bodies(&mut b.0, Receiver::HalfCylinder, &places.map(|p| (p, ahead)));

@@ -3,13 +3,11 @@
 mod common;
 
 use std::f64::consts::PI;
-use std::path::PathBuf;
 
 use clerestory::light::Luminaires;
 use clerestory::light::photometry::{Opening, PhotometricType, Photometry, Web, to_ies};
 use clerestory::measure::{self, Measurement, Method, Silent, SolveOptions};
 use clerestory::scene::{LuminaireRow, Projection, Scene, View};
-use clerestory::spectrum::Spectrum;
 use common::{Build, at, diffuse, glass};
 use glam::{DMat3, DVec3};
 
@@ -36,19 +34,7 @@ fn hang(scene: &mut Scene, bytes: Vec<u8>, position: DVec3) {
 }
 
 fn hang_at(scene: &mut Scene, bytes: Vec<u8>, positions: Vec<DVec3>) {
-    scene.luminaires.push(LuminaireRow {
-        file: PathBuf::from("lamp.ies"),
-        bytes,
-        positions,
-        axes: DMat3::IDENTITY,
-        flux_lm: None,
-        factor: 1.0,
-        spectrum: Spectrum::constant(1.0),
-        group: None,
-        power_w: None,
-        ra: None,
-        line: 1,
-    });
+    scene.luminaires.push(LuminaireRow::aimed_down(bytes, positions));
 }
 
 /// Black floor, large enough to be a plane; sensors look up from just above it unless they say otherwise.

@@ -8,9 +8,8 @@ use std::path::PathBuf;
 use clerestory::light::photometry::{Photometry, to_eulumdat, to_ies};
 use clerestory::measure::SensorResult;
 use clerestory::scene::{LuminaireRow, Scene};
-use clerestory::spectrum::Spectrum;
 use common::{Build, at, diffuse};
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 
 /// The folder of files; `None`, with a note, where it is not there.
 fn folder() -> Option<PathBuf> {
@@ -124,19 +123,7 @@ fn axial(sizes: &str, vertical: &[f64], candela: impl Fn(f64) -> f64) -> Vec<u8>
 }
 
 fn hung(bytes: Vec<u8>, position: DVec3) -> LuminaireRow {
-    LuminaireRow {
-        file: "lamp.ies".into(),
-        bytes,
-        positions: vec![position],
-        axes: DMat3::IDENTITY,
-        flux_lm: None,
-        factor: 1.0,
-        spectrum: Spectrum::constant(1.0),
-        group: None,
-        power_w: None,
-        ra: None,
-        line: 1,
-    }
+    LuminaireRow::aimed_down(bytes, vec![position])
 }
 
 /// Every point within 1 %, and within its stated error by both methods (a stated error of zero is that of exact light:

@@ -9,28 +9,15 @@ use std::path::{Path, PathBuf};
 use clerestory::light::photometry::{PhotometricType, Photometry, Web, to_ies};
 use clerestory::light::{UGR_REFLECTANCES, ugr_table};
 use clerestory::scene::{LuminaireRow, Scene};
-use clerestory::spectrum::Spectrum;
 use common::{Build, assert_near, assert_ratio, at, diffuse, mirror, solve, within};
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 
 fn panel() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("luminaires/panel.ies")
 }
 
 fn hang(scene: &mut Scene, bytes: Vec<u8>, positions: Vec<DVec3>) {
-    scene.luminaires.push(LuminaireRow {
-        file: PathBuf::from("lamp.ies"),
-        bytes,
-        positions,
-        axes: DMat3::IDENTITY,
-        flux_lm: None,
-        factor: 1.0,
-        spectrum: Spectrum::constant(1.0),
-        group: None,
-        power_w: None,
-        ra: None,
-        line: 1,
-    });
+    scene.luminaires.push(LuminaireRow::aimed_down(bytes, positions));
 }
 
 /// Guth's index from how far a source lies aside, ahead and above.

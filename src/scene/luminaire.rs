@@ -87,6 +87,26 @@ pub struct LuminaireRow {
     pub line: usize,
 }
 
+impl LuminaireRow {
+    /// Luminaires aimed down with C0 along x, as their file has them; `positions` in metres, z up.
+    #[must_use]
+    pub fn aimed_down(bytes: Vec<u8>, positions: Vec<DVec3>) -> Self {
+        Self {
+            file: "lamp.ies".into(),
+            bytes,
+            positions,
+            axes: DMat3::IDENTITY,
+            flux_lm: None,
+            factor: 1.0,
+            spectrum: Spectrum::constant(1.0),
+            group: None,
+            power_w: None,
+            ra: None,
+            line: 1,
+        }
+    }
+}
+
 /// Most luminaires of one table.
 const MOST: u64 = 100_000;
 

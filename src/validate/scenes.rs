@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 use std::path::PathBuf;
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 
 use crate::Result;
 use crate::measure::{self, Measurement, Silent, SolveOptions};
@@ -98,19 +98,7 @@ impl Build {
 
     /// Hangs a photometric file, aimed down.
     pub(super) fn hang(&mut self, file: Vec<u8>, position: DVec3) {
-        self.0.luminaires.push(LuminaireRow {
-            file: "lamp.ies".into(),
-            bytes: file,
-            positions: vec![position],
-            axes: DMat3::IDENTITY,
-            flux_lm: None,
-            factor: 1.0,
-            spectrum: Spectrum::constant(1.0),
-            group: None,
-            power_w: None,
-            ra: None,
-            line: 1,
-        });
+        self.0.luminaires.push(LuminaireRow::aimed_down(file, vec![position]));
     }
 
     /// A sky of 10,000 lx without its sun; type 16 is CIE's older overcast sky.
