@@ -160,6 +160,20 @@ fn a_circle_of_planes_goes_through_its_seam() {
 }
 
 #[test]
+fn colour_rendering_is_read_as_an_index_or_a_group() {
+    let of = |text: &str| {
+        ldt(&sample_ldt(0).replace("4000\r\n80\r\n", &format!("4000\r\n{text}\r\n"))).unwrap().colour_rendering()
+    };
+    // Groups count with their least index.
+    for (text, ra) in [("80", 80.0), ("1A", 90.0), ("1 b", 80.0), ("2", 60.0), ("Ra > 97.5", 97.5), ("80-89", 80.0)] {
+        assert_eq!(of(text), Some(ra), "{text}");
+    }
+    for text in ["", "LED", "840", "0"] {
+        assert_eq!(of(text), None, "{text}");
+    }
+}
+
+#[test]
 fn wrong_ies_files_are_refused_with_line_and_mend() {
     let cases = [
         (SMALL.replace("TILT=NONE\n", ""), "lamp.ies:1: there is no line `TILT=`"),

@@ -206,10 +206,11 @@ impl Web {
     #[must_use]
     pub fn towards(&self, d: DVec3) -> f64 {
         let (vertical, horizontal) = match self.kind {
-            PhotometricType::C => {
-                (d.x.hypot(d.y).atan2(-d.z), if self.symmetry == Symmetry::Axial { 0.0 } else { d.y.atan2(d.x) })
-            }
-            PhotometricType::A | PhotometricType::B => (d.x.atan2(d.y.hypot(d.z)), (-d.y).atan2(-d.z)),
+            PhotometricType::C => (
+                (d.x * d.x + d.y * d.y).sqrt().atan2(-d.z),
+                if self.symmetry == Symmetry::Axial { 0.0 } else { d.y.atan2(d.x) },
+            ),
+            PhotometricType::A | PhotometricType::B => (d.x.atan2((d.y * d.y + d.z * d.z).sqrt()), (-d.y).atan2(-d.z)),
         };
         self.at(vertical.to_degrees(), horizontal.to_degrees())
     }
@@ -307,7 +308,11 @@ fn place(list: &[f64], x: f64) -> Option<(usize, f64)> {
     if x < list[0] - SAME_DEG || x > list[last] + SAME_DEG {
         return None;
     }
-    let k = list.partition_point(|a| *a <= x).clamp(1, last) - 1;
+    // In most lists the angles stand at even steps; where they do not, a search tells.
+    let guess = ((x - list[0]) / (list[last] - list[0]) * last as f64) as usize;
+    let k = guess.min(last - 1);
+    let holds = list[k] <= x && x < list[k + 1];
+    let k = if holds { k } else { list.partition_point(|a| *a <= x).clamp(1, last) - 1 };
     Some((k, ((x - list[k]) / (list[k + 1] - list[k])).clamp(0.0, 1.0)))
 }
 
