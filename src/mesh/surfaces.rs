@@ -9,8 +9,9 @@ use crate::scene::{MaterialKind, Scene};
 ///
 /// Everything after the reader works in units of the scene's own size, about its centre. Single precision is
 /// then safe at any world offset, and no tolerance depends on the unit in which a scene was drawn. Points come to rest on
-/// a lattice from the lowest corner of the scene: the last bits that a far offset or another unit leaves of a coordinate
-/// then change nothing, where else they would decide between equals, and a mesh with them.
+/// a lattice from the lowest corner of the scene, far finer than its smallest gap: the last bits that a far offset or
+/// another unit leaves of a coordinate then change nothing, where else they would decide between equals, and a mesh with
+/// them.
 #[derive(Clone, Copy, Debug)]
 pub struct Frame {
     /// Centre of the bounding box, metres.
@@ -24,16 +25,23 @@ pub struct Frame {
     size: f64,
 }
 
-/// Cells of the lattice along the scene's size: half of a single's own resolution.
-const LATTICE_CELLS: f64 = 33_554_432.0;
+/// Cells of the lattice along the scene's size, as powers of two: half of a single's own resolution; and at most.
+const LATTICE: std::ops::Range<i32> = 25..50;
+/// Cells along the smallest gap between coordinates: no form factor may feel them.
+const CELLS_OF_GAP: f64 = 1_048_576.0;
+/// Coordinates nearer to each other than this, as a share of the largest, are the same.
+const SAME: f64 = 3e-15;
 /// Angle by which the lattice may turn a face.
 const LATTICE_TURN: f64 = 1e-6;
 
 impl Frame {
     fn around(points: impl Iterator<Item = DVec3> + Clone) -> Self {
         let low_m = points.clone().fold(DVec3::INFINITY, DVec3::min);
-        let high_m = points.fold(DVec3::NEG_INFINITY, DVec3::max);
-        let cell_m = (high_m - low_m).length() / LATTICE_CELLS;
+        let high_m = points.clone().fold(DVec3::NEG_INFINITY, DVec3::max);
+        let size_m = (high_m - low_m).length();
+        let finest_m = smallest_gap(points, SAME * low_m.abs().max(high_m.abs()).max_element()) / CELLS_OF_GAP;
+        let cells = LATTICE.map(|k| f64::from(k).exp2()).find(|n| size_m / n <= finest_m);
+        let cell_m = size_m / cells.unwrap_or(f64::from(LATTICE.end).exp2());
         let high = ((high_m - low_m) / cell_m).round();
         let (centre, size) = (0.5 * high, high.length());
         Self { centre_m: low_m + centre * cell_m, size_m: size * cell_m, low_m, cell_m, centre, size }
@@ -58,6 +66,16 @@ impl Frame {
     pub fn area_m2(&self) -> f64 {
         self.size_m * self.size_m
     }
+}
+
+/// Smallest distance along an axis between coordinates that are not the same.
+fn smallest_gap(points: impl Iterator<Item = DVec3> + Clone, same: f64) -> f64 {
+    let along = |axis: usize| {
+        let mut places: Vec<f64> = points.clone().map(|p| p[axis]).collect();
+        places.sort_by(f64::total_cmp);
+        places.windows(2).map(|w| w[1] - w[0]).filter(|gap| *gap > same).fold(f64::INFINITY, f64::min)
+    };
+    (0..3).map(along).fold(f64::INFINITY, f64::min)
 }
 
 /// Distance, in units of the scene's size, below which two things touch.
