@@ -9,28 +9,27 @@ use crate::scene::{MaterialKind, Scene};
 ///
 /// Everything after the reader works in units of the scene's own size, about its centre. Single precision is
 /// then safe at any world offset, and no tolerance depends on the unit in which a scene was drawn. Points come to rest on
-/// a lattice from the lowest corner of the scene, far finer than its smallest gap: the last bits that a far offset or
-/// another unit leaves of a coordinate then change nothing, where else they would decide between equals, and a mesh with
-/// them.
+/// a decimal lattice, on which the numbers that people write lie already: the last bits that a far offset leaves of a
+/// coordinate then change nothing, where else they would decide between equals, and a mesh with them.
 #[derive(Clone, Copy, Debug)]
 pub struct Frame {
     /// Centre of the bounding box, metres.
     pub centre_m: DVec3,
     /// Diagonal of the bounding box, metres.
     pub size_m: f64,
-    low_m: DVec3,
-    cell_m: f64,
-    /// Centre and diagonal in cells of the lattice.
+    /// Cells of the lattice in a metre, a power of ten; its lowest corner, the centre from there and the diagonal in cells.
+    cells: f64,
+    low: DVec3,
     centre: DVec3,
     size: f64,
 }
 
-/// Cells of the lattice along the scene's size, as powers of two: half of a single's own resolution; and at most.
-const LATTICE: std::ops::Range<i32> = 25..50;
+/// Decimals of the lattice below the leading digit of the scene's size, and at most.
+const DECIMALS: std::ops::Range<i32> = 8..16;
 /// Cells along the smallest gap between coordinates: no form factor may feel them.
-const CELLS_OF_GAP: f64 = 1_048_576.0;
+const CELLS_OF_GAP: f64 = 1e6;
 /// Coordinates nearer to each other than this, as a share of the largest, are the same.
-const SAME: f64 = 3e-15;
+const SAME: f64 = 1e-14;
 /// Angle by which the lattice may turn a face.
 const LATTICE_TURN: f64 = 1e-6;
 
@@ -38,19 +37,20 @@ impl Frame {
     fn around(points: impl Iterator<Item = DVec3> + Clone) -> Self {
         let low_m = points.clone().fold(DVec3::INFINITY, DVec3::min);
         let high_m = points.clone().fold(DVec3::NEG_INFINITY, DVec3::max);
-        let size_m = (high_m - low_m).length();
-        let finest_m = smallest_gap(points, SAME * low_m.abs().max(high_m.abs()).max_element()) / CELLS_OF_GAP;
-        let cells = LATTICE.map(|k| f64::from(k).exp2()).find(|n| size_m / n <= finest_m);
-        let cell_m = size_m / cells.unwrap_or(f64::from(LATTICE.end).exp2());
-        let high = ((high_m - low_m) / cell_m).round();
+        let leading = ((high_m - low_m).length() * (1.0 + SAME)).log10().floor() as i32;
+        let gap_m = smallest_gap(points, SAME * low_m.abs().max(high_m.abs()).max_element());
+        let decimals = DECIMALS.find(|k| 10f64.powi(k - leading) * gap_m >= CELLS_OF_GAP).unwrap_or(DECIMALS.end);
+        let cells = 10f64.powi(decimals - leading);
+        let low = (low_m * cells).round();
+        let high = (high_m * cells).round() - low;
         let (centre, size) = (0.5 * high, high.length());
-        Self { centre_m: low_m + centre * cell_m, size_m: size * cell_m, low_m, cell_m, centre, size }
+        Self { centre_m: (low + centre) / cells, size_m: size / cells, cells, low, centre, size }
     }
 
     /// Scene metres to the program's frame.
     #[must_use]
     pub fn to_local(&self, p: DVec3) -> DVec3 {
-        (((p - self.low_m) / self.cell_m).round() - self.centre) / self.size
+        ((p * self.cells).round() - self.low - self.centre) / self.size
     }
 
     /// The normal of a face from its vertices on the lattice; slivers, which the lattice may turn, keep their own.

@@ -93,5 +93,8 @@ pub(super) fn patch_hit(world: &World, mesh: &dyn Patches, ray: &Ray, hit: &Hit)
     }
     let s = &world.surfaces.list[hit.surface as usize];
     let direction = DVec3::from_array(ray.direction.map(f64::from));
-    mesh.find(hit.surface as usize, s.normal.dot(direction) < 0.0, s.uv(ray.at(hit.t)))
+    let (place, front) = (ray.at(hit.t), s.normal.dot(direction) < 0.0);
+    let find = |p: DVec3| mesh.find(hit.surface as usize, front, s.uv(p));
+    // Rounding takes what lands at the foot of a solid beneath it, where no patch is.
+    find(place).or_else(|| find(place - direction * (2.0 * world.skin())))
 }
