@@ -274,9 +274,12 @@ struct ChartArgs {
 #[derive(Args, Debug)]
 struct ValidateArgs {
     /// Suites to run [default: all]: form-factors, radiosity, energy, stability, colour, sky, cie-171, luminaires,
-    /// cornell, ferren, coverage.
+    /// cornell, ferren, growth-chamber, coverage.
     #[arg(value_name = "SUITE")]
     suites: Vec<String>,
+    /// Folder of the measured room's data, which growth-chamber needs and is skipped without.
+    #[arg(long, value_name = "DIR")]
+    data: Option<PathBuf>,
     /// Folder for the report: index.html, validation.csv, validation.json, VALIDATION.md [default: ./out/validate].
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,

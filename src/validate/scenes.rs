@@ -42,7 +42,7 @@ impl Build {
         })
     }
 
-    fn material(&mut self, kind: MaterialKind, emission: Option<Emission>) -> usize {
+    pub(super) fn material(&mut self, kind: MaterialKind, emission: Option<Emission>) -> usize {
         let name = format!("material {}", self.0.materials.len());
         self.0.materials.push(Material { name, kind, emission, outside: false });
         self.0.materials.len() - 1
