@@ -58,11 +58,11 @@ fn polygon(v: &Value) -> Vec<DVec3> {
 }
 
 fn normal(p: &[DVec3]) -> DVec3 {
-    common::face(p, 0).normal
+    clerestory::scene::Face::new(p, 0).normal
 }
 
 fn area(p: &[DVec3]) -> f64 {
-    common::face(p, 0).area_m2
+    clerestory::scene::Face::new(p, 0).area_m2
 }
 
 /// `F_12` of two polygons that nothing stands between.

@@ -15,6 +15,7 @@ mod form_factors;
 mod growth_chamber;
 mod luminaires;
 mod page;
+mod published;
 mod radiosity;
 mod references;
 mod report;

@@ -29,7 +29,8 @@ impl Default for References {
     /// Those that the program carries.
     fn default() -> Self {
         let all = embedded! {
-            "validation/references": "boxes.csv", "cie171_daylight.csv", "cie171_electric.csv", "colour.csv",
+            "validation/references": "boxes.csv", "cie171_daylight.csv", "cie171_electric.csv", "cie171_published.csv",
+                "colour.csv",
                 "cornell.csv", "ferren.csv", "form_factors.csv", "skies.csv", "sun.csv";
             "validation/cornell": "cornell.obj", "points.toml", "left_wall.pts", "white.csv", "red.csv", "green.csv",
                 "light.csv";

@@ -153,9 +153,26 @@ impl Sheet {
     /// The share of trials in which something happens that should happen in 95 %: of so many trials, two standard
     /// deviations fewer may be.
     pub(super) fn in_95_percent(&mut self, name: impl Into<String>, hits: usize, trials: usize) {
+        self.in_share(name, 0.95, hits, trials);
+    }
+
+    /// The same for any share.
+    pub(super) fn in_share(&mut self, name: impl Into<String>, share: f64, hits: usize, trials: usize) {
         let n = trials.max(1) as f64;
-        let slack = 2.0 * (0.95 * 0.05 / n).sqrt();
-        self.enter(name.into(), Comparison::AtLeast, known(0.95, slack), hits as f64 / n, 0.0);
+        let slack = 2.0 * (share * (1.0 - share) / n).sqrt();
+        self.enter(name.into(), Comparison::AtLeast, known(share, slack), hits as f64 / n, 0.0);
+    }
+
+    /// The cases whose name is this one, or begins with it and a comma.
+    pub(super) fn named(&self, name: &str) -> impl Iterator<Item = &Case> {
+        let begins =
+            move |c: &&Case| c.name.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with(", "));
+        self.cases.iter().filter(begins)
+    }
+
+    /// All cases.
+    pub(super) fn cases(&self) -> &[Case] {
+        &self.cases
     }
 
     pub(super) fn at_most(&mut self, name: impl Into<String>, limit: f64, value: f64) {

@@ -38,7 +38,7 @@ pub(super) fn mean_over(a: &[DVec3], n: usize, mut f: impl FnMut(DVec3) -> f64) 
 
 /// Irradiance at a point per unit exitance of a polygon, back faces and horizon counted as they are.
 pub(super) fn irradiance(x: DVec3, normal: DVec3, polygon: &[DVec3]) -> f64 {
-    if common::face(polygon, 0).normal.dot(x - polygon[0]) <= 0.0 {
+    if clerestory::scene::Face::new(polygon, 0).normal.dot(x - polygon[0]) <= 0.0 {
         return 0.0;
     }
     let seen: Vec<DVec3> = polygon.iter().map(|p| *p - x).collect();
@@ -48,7 +48,7 @@ pub(super) fn irradiance(x: DVec3, normal: DVec3, polygon: &[DVec3]) -> f64 {
 }
 
 pub(super) fn form_factor(a: &[DVec3], b: &[DVec3]) -> f64 {
-    let normal = common::face(a, 0).normal;
+    let normal = clerestory::scene::Face::new(a, 0).normal;
     mean_over(a, 160, |x| irradiance(x, normal, b))
 }
 

@@ -114,7 +114,7 @@ impl Chamber {
         let black = b.paint(0.0, 0.0);
         let emission = Emission { radiance: self.light.clone(), two_sided: false, group: None };
         let none = SpectralValue::Grey(0.0);
-        let lamp = b.material(MaterialKind::Diffuse { front: none.clone(), back: none }, Some(emission));
+        let lamp = b.made_of(MaterialKind::Diffuse { front: none.clone(), back: none }, Some(emission));
         let curve =
             |kind: &str, name: &str| self.curves.get(&format!("{kind}_{name}")).cloned().map(SpectralValue::Spectrum);
         let plate_height = self.faces.iter().find(|f| f.0 == PLATE).map_or(0.0, |f| f.1[0].z);
@@ -138,13 +138,13 @@ impl Chamber {
                     continue;
                 }
             };
-            let paint = *paints.entry(name).or_insert_with(|| b.material(kind, None));
+            let paint = *paints.entry(name).or_insert_with(|| b.made_of(kind, None));
             b.face(vertices, paint);
         }
         for [from, to] in &self.lamps {
             tube(&mut b, *from, *to, lamp);
         }
-        b.points(&self.points.iter().map(|p| (p.position_m, DVec3::Z)).collect::<Vec<_>>());
+        b.points("points", &self.points.iter().map(|p| (p.position_m, DVec3::Z)).collect::<Vec<_>>());
         b
     }
 }
