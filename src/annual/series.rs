@@ -85,9 +85,9 @@ impl Luminances {
         }
         for (p, home) in homes.iter().enumerate().take(fine.sky()) {
             let share = (fine.solid_angle(p) / solid_angles[*home]) as f32;
-            self.add(p, share, &mut values[home * self.hours..(home + 1) * self.hours]);
+            self.add(&[(p, share)], &mut values[home * self.hours..(home + 1) * self.hours]);
         }
-        self.add(fine.sky(), 1.0, &mut values[coarse.sky() * self.hours..]);
+        self.add(&[(fine.sky(), 1.0)], &mut values[coarse.sky() * self.hours..]);
         Self { values, hours: self.hours }
     }
 
@@ -95,14 +95,24 @@ impl Luminances {
         self.values.len() / self.hours
     }
 
-    fn of(&self, patch: usize) -> &[f32] {
-        &self.values[patch * self.hours..(patch + 1) * self.hours]
-    }
-
-    /// Adds the light of a patch to all hours.
-    fn add(&self, patch: usize, coefficient: f32, to: &mut [f32]) {
-        for (to, luminance) in to.iter_mut().zip(self.of(patch)) {
-            *to += coefficient * luminance;
+    /// Adds the light of patches, each with its coefficient, to all hours: four patches at a time, over hours that stay in
+    /// the nearest cache.
+    fn add(&self, terms: &[(usize, f32)], to: &mut [f32]) {
+        const HOURS: usize = 2048;
+        for (part, to) in to.chunks_mut(HOURS).enumerate() {
+            let hours = to.len();
+            let of = |p: usize| &self.values[p * self.hours + part * HOURS..][..hours];
+            let (fours, rest) = terms.as_chunks::<4>();
+            for four in fours {
+                let [(p, a), (q, b), (r, c), (s, d)] = *four;
+                let (p, q, r, s) = (of(p), of(q), of(r), of(s));
+                for (h, to) in to.iter_mut().enumerate() {
+                    *to += (a * p[h] + b * q[h]) + (c * r[h] + d * s[h]);
+                }
+            }
+            for (p, a) in rest {
+                to.iter_mut().zip(of(*p)).for_each(|(to, luminance)| *to += a * luminance);
+            }
         }
     }
 }
@@ -244,48 +254,44 @@ impl Light<'_> {
         let (fine, patches) = (self.coefficients.seen_patches.all(), self.coefficients.patches.all());
         let width = self.coefficients.openings * patches;
         let (mut part, mut rough) = (zeros(), vec![0.0f32; self.rough.luminances.patches()]);
+        let mut terms = Vec::new();
         for opening in 0..self.coefficients.openings {
-            part.fill(0.0);
+            let mut light = |luminances: &Luminances, of: &mut dyn Iterator<Item = (usize, f32)>, to: &mut [f32]| {
+                terms.clear();
+                terms.extend(of.filter(|(_, c)| *c != 0.0));
+                to.fill(0.0);
+                luminances.add(&terms, to);
+            };
             let columns = (opening * fine) as u32..((opening + 1) * fine) as u32;
-            for (column, c) in grid.seen[i].iter().filter(|(c, _)| columns.contains(c)) {
-                self.seen.add(*column as usize - opening * fine, *c, &mut part);
-            }
+            let seen = grid.seen[i].iter().filter(|(c, _)| columns.contains(c));
+            light(self.seen, &mut seen.map(|(column, c)| (*column as usize - opening * fine, *c)), &mut part);
             blinds.add(opening, &part, &mut raw.lux);
             let row = i * width + opening * patches..i * width + (opening + 1) * patches;
-            part.fill(0.0);
-            for p in 0..patches {
-                let mean = (0..SETS).map(|k| grid.reflected[0][k][row.start + p]).sum::<f32>() / SETS as f32;
-                if mean != 0.0 {
-                    self.reflected.add(p, mean, &mut part);
-                }
-            }
+            let mean_of = |of: &[Vec<f32>; ESTIMATES], p: usize| {
+                of[..SETS].iter().map(|k| k[row.start + p]).sum::<f32>() / SETS as f32
+            };
+            let mut means = (0..patches).map(|p| (p, mean_of(&grid.reflected[0], p)));
+            light(self.reflected, &mut means, &mut part);
             blinds.add(opening, &part, &mut raw.lux);
-            let mut means = zeros();
             for (k, estimate) in estimates.iter_mut().enumerate() {
-                part.fill(0.0);
                 self.rough.joined(&grid.reflected[0][k][row.clone()], &mut rough);
-                for (p, c) in rough.iter().enumerate().filter(|(_, c)| **c != 0.0) {
-                    self.rough.luminances.add(p, *c, &mut part);
-                }
+                light(self.rough.luminances, &mut rough.iter().copied().enumerate(), &mut part);
                 let of_sun = &grid.of_sun()[k][row.clone()];
-                for ((value, sun), mean) in part.iter_mut().zip(places).zip(&mut means) {
-                    let lux = sun.between.iter().map(|(p, l)| l * of_sun[*p]).sum::<f32>();
-                    *value += lux;
-                    *mean += if k < SETS { lux / SETS as f32 } else { 0.0 };
+                for (value, sun) in part.iter_mut().zip(places) {
+                    *value += sun.between.iter().map(|(p, l)| l * of_sun[*p]).sum::<f32>();
                 }
                 blinds.add(opening, &part, estimate);
             }
-            blinds.add(opening, &means, &mut raw.lux);
-            let of_sun = |p: usize| (0..SETS).map(|k| grid.of_sun()[k][row.start + p]).sum::<f32>() / SETS as f32;
-            for (kind, sum) in between.iter_mut().enumerate() {
-                for (value, sun) in part.iter_mut().zip(places) {
-                    *value = match kind {
-                        0 => of_sun(sun.own.0) * sun.own.1,
-                        _ => sun.between.iter().map(|(p, l)| l * of_sun(*p)).sum(),
-                    };
-                }
-                blinds.add(opening, &part, sum);
+            let of_sun: Vec<f32> = (0..patches).map(|p| mean_of(grid.of_sun(), p)).collect();
+            for (value, sun) in part.iter_mut().zip(places) {
+                *value = of_sun[sun.own.0] * sun.own.1;
             }
+            blinds.add(opening, &part, &mut between[0]);
+            for (value, sun) in part.iter_mut().zip(places) {
+                *value = sun.between.iter().map(|(p, l)| l * of_sun[*p]).sum();
+            }
+            blinds.add(opening, &part, &mut between[1]);
+            blinds.add(opening, &part, &mut raw.lux);
         }
         for t in 0..n {
             let values: [f64; ESTIMATES] = std::array::from_fn(|k| f64::from(estimates[k][t]));

@@ -42,6 +42,33 @@ pub fn above_plane(polygon: &[DVec3], normal: DVec3, offset: f64, out: &mut Vec<
     }
 }
 
+/// Both parts of a polygon that a plane through the origin cuts.
+pub fn divide_by_plane(polygon: &[DVec3], normal: DVec3, above: &mut Vec<DVec3>, below: &mut Vec<DVec3>) {
+    above.clear();
+    below.clear();
+    let Some(&last) = polygon.last() else { return };
+    let mut a = last;
+    let mut da = normal.dot(a);
+    for &b in polygon {
+        let db = normal.dot(b);
+        if (da > 0.0) != (db > 0.0) || (da < 0.0) != (db < 0.0) {
+            let cut = a + (b - a) * (da / (da - db));
+            if (da > 0.0) != (db > 0.0) {
+                above.push(cut);
+            }
+            if (da < 0.0) != (db < 0.0) {
+                below.push(cut);
+            }
+        }
+        if db > 0.0 {
+            above.push(b);
+        } else if db < 0.0 {
+            below.push(b);
+        }
+        (a, da) = (b, db);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

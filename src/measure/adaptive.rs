@@ -238,7 +238,7 @@ impl Task<'_> {
                                 let sample = seed(&[self.options.seed, stream::SHADOW, g as u64, i as u64, a as u64]);
                                 let mut f = vec![0.0; self.optics.columns()];
                                 let before = scratch.rays;
-                                probe.facing.direct(world, probe.position, sample, scratch, &mut f);
+                                probe.facing.direct(world, probe.eye, sample, scratch, &mut f);
                                 direct.push(f);
                                 if scratch.rays == before {
                                     break; // exact

@@ -87,7 +87,7 @@ impl Coefficients {
         factors.clear();
         factors.resize(self.optics.columns() - self.optics.lamps, 0.0);
         let sample = seed(&[grid as u64, sensor as u64]);
-        direct.rays += sun_factor(&self.world, (p.position, p.normal), direction, sample, direct, factors);
+        direct.rays += sun_factor(&self.world, (p.eye, p.normal), direction, sample, direct, factors);
         let tinted = factors.get(DAYLIGHT_GROUPS + SUN * self.optics.pad..).unwrap_or_default();
         let tinted: f64 = tinted.iter().zip(&self.sun_weights).map(|(f, w)| f * w).sum();
         let factor = factors[SUN] + tinted;
@@ -391,7 +391,7 @@ impl Task<'_> {
         let of = |(sums, scratch): &mut (Sums, DirectScratch), (i, p): (usize, &Probe)| {
             if p.status == Status::Ok {
                 let sample = seed(&[self.options.seed, i as u64]);
-                self.look((p.position, p.normal), sample, look, scratch, |p, w| sums.add(p, w));
+                self.look((p.eye, p.normal), sample, look, scratch, |p, w| sums.add(p, w));
             }
             sums.take(1.0)
         };

@@ -375,7 +375,7 @@ impl Tracer<'_> {
 
     /// Irradiance at a point by `paths` paths, by band: for pictures.
     pub(super) fn irradiance(&mut self, x: DVec3, normal: DVec3, stream: u64, paths: u32) -> Vec<f32> {
-        let probe = Probe { position: x, normal, facing: normal.into(), status: Status::Ok };
+        let probe = Probe { position: x, eye: x, normal, facing: normal.into(), status: Status::Ok };
         let batch = self.batch(&probe, stream, paths);
         (0..self.optics.pad)
             .map(|band| {

@@ -11,13 +11,19 @@ use crate::transport::{World, cosine_direction};
 
 /// Distance, in units of the scene's size, within which a sensor lies on a surface.
 const ON_SURFACE: f64 = 1e-5;
+/// Height of the eye, in units of the scene's size: a sensor on the floor of a wide site must not float above it. Eight
+/// times what single precision leaves of a place.
+const EYE: f64 = 5e-7;
 /// Rays that look whether a point is inside a solid.
 const LOOKS: u32 = 16;
 
 /// A sensor in the program's frame.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Probe {
+    /// Where rays start.
     pub(super) position: DVec3,
+    /// Where light is measured that needs no ray.
+    pub(super) eye: DVec3,
     /// Normal of a plane, the vertical for bodies.
     pub(super) normal: DVec3,
     pub(super) facing: Facing,
@@ -29,17 +35,20 @@ impl Probe {
         let normal = if receiver == Receiver::Plane { sensor.normal } else { DVec3::Z };
         let facing = Facing::new(receiver, sensor.normal);
         let mut position = world.surfaces.frame.to_local(sensor.position);
+        let mut eye = position;
         let on = surface_below(world, position, normal);
         if let Some((surface, front)) = on {
             let s = &world.surfaces.list[surface];
-            position = world.lift(s.point(s.uv(position)), s.side_normal(front));
+            let foot = s.point(s.uv(position));
+            position = world.lift(foot, s.side_normal(front));
+            eye = foot + s.side_normal(front) * EYE;
         }
         let status = match (hidden(world, position, normal), on) {
             (false, _) => Status::Ok,
             (true, Some(_)) => Status::Covered,
             (true, None) => Status::Inside,
         };
-        Self { position, normal, facing, status }
+        Self { position, eye, normal, facing, status }
     }
 }
 

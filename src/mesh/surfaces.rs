@@ -8,20 +8,42 @@ use crate::scene::{MaterialKind, Scene};
 /// Where the program's frame lies in the scene: `x_m = centre_m + size_m · x`.
 ///
 /// Everything after the reader works in units of the scene's own size, about its centre. Single precision is
-/// then safe at any world offset, and no tolerance depends on the unit in which a scene was drawn.
+/// then safe at any world offset, and no tolerance depends on the unit in which a scene was drawn. Points come to rest on
+/// a lattice of a power of two: the last bits that a far offset leaves of a coordinate then change nothing, where else
+/// they would decide between equals, and a mesh with them.
 #[derive(Clone, Copy, Debug)]
 pub struct Frame {
     /// Centre of the bounding box, metres.
     pub centre_m: DVec3,
     /// Diagonal of the bounding box, metres.
     pub size_m: f64,
+    lattice_m: f64,
 }
 
+/// Cells of the lattice along the scene's size, as a power of two: a quarter of a single's own resolution.
+const LATTICE_BITS: f64 = 26.0;
+
 impl Frame {
+    fn around(points: impl Iterator<Item = DVec3> + Clone) -> Self {
+        let low = points.clone().fold(DVec3::INFINITY, DVec3::min);
+        let high = points.fold(DVec3::NEG_INFINITY, DVec3::max);
+        let lattice_m = ((high - low).length().log2().floor() - LATTICE_BITS).exp2();
+        let [low, high] = [low, high].map(|p| on_lattice(p, lattice_m));
+        Self { centre_m: (low + high) * 0.5, size_m: (high - low).length(), lattice_m }
+    }
+
     /// Scene metres to the program's frame.
     #[must_use]
     pub fn to_local(&self, p: DVec3) -> DVec3 {
-        (p - self.centre_m) / self.size_m
+        (on_lattice(p, self.lattice_m) - self.centre_m) / self.size_m
+    }
+
+    /// The normal of a face from its vertices on the lattice; slivers, which the lattice may turn, keep their own.
+    fn normal(&self, vertices: &[DVec3], own: DVec3) -> DVec3 {
+        let from = vertices[0];
+        let around: DVec3 = vertices.windows(2).map(|e| (e[0] - from).cross(e[1] - from)).sum();
+        let normal = around.normalize_or(own);
+        if normal.distance_squared(own) < LATTICE_TURN * LATTICE_TURN { normal } else { own }
     }
 
     /// Square metres per unit of area.
@@ -29,6 +51,13 @@ impl Frame {
     pub fn area_m2(&self) -> f64 {
         self.size_m * self.size_m
     }
+}
+
+/// Angle by which the lattice may turn a face.
+const LATTICE_TURN: f64 = 1e-6;
+
+fn on_lattice(p: DVec3, lattice_m: f64) -> DVec3 {
+    (p / lattice_m).round() * lattice_m
 }
 
 /// Distance, in units of the scene's size, below which two things touch.
@@ -127,16 +156,14 @@ impl Surfaces {
     /// Moves the scene to its own centre and size, and finds solids and contact lines.
     #[must_use]
     pub fn new(scene: &Scene) -> Self {
-        let points = || scene.faces.iter().flat_map(|f| f.vertices.iter().copied());
-        let low = points().fold(DVec3::INFINITY, DVec3::min);
-        let high = points().fold(DVec3::NEG_INFINITY, DVec3::max);
-        let frame = Frame { centre_m: (low + high) * 0.5, size_m: (high - low).length() };
+        let frame = Frame::around(scene.faces.iter().flat_map(|f| f.vertices.iter().copied()));
         let mut list: Vec<Surface> = scene
             .faces
             .iter()
             .map(|f| {
-                let vertices = f.vertices.iter().map(|p| frame.to_local(*p)).collect();
-                Surface::new(vertices, f.normal, f.material)
+                let vertices: Vec<DVec3> = f.vertices.iter().map(|p| frame.to_local(*p)).collect();
+                let normal = frame.normal(&vertices, f.normal);
+                Surface::new(vertices, normal, f.material)
             })
             .collect();
         let neighbours = contact::neighbours(&list);

@@ -87,43 +87,56 @@ impl Field {
         [Axis::new(axes, self.origin, self.u, "along u"), Axis::new(axes, self.origin, self.v, "along v")]
     }
 
-    /// Place in cells: (0, 0) is the middle of the cell at the origin, v points up.
-    pub(super) fn place(&self, x: usize, y: usize, width: usize, height: usize) -> (f64, f64) {
-        let a = (x as f64 + 0.5) / width as f64 * self.nu as f64 - 0.5;
-        let b = (1.0 - (y as f64 + 0.5) / height as f64) * self.nv as f64 - 0.5;
-        (a, b)
+    /// Where each column of pixels lies among the cells.
+    pub(super) fn columns(&self, width: usize) -> Vec<Between> {
+        (0..width).map(|x| Between::new((x as f64 + 0.5) / width as f64, self.nu)).collect()
     }
 
-    fn cell(&self, i: i64, j: i64) -> Cell {
-        let i = i.clamp(0, self.nu as i64 - 1) as usize;
-        let j = j.clamp(0, self.nv as i64 - 1) as usize;
-        self.cells[j * self.nu + i]
+    /// Where each row of pixels lies among the cells; v points up.
+    pub(super) fn rows(&self, height: usize) -> Vec<Between> {
+        (0..height).map(|y| Between::new(1.0 - (y as f64 + 0.5) / height as f64, self.nv)).collect()
     }
 
-    pub(super) fn at_pixel(&self, x: usize, y: usize, width: usize, height: usize) -> Cell {
-        let (a, b) = self.place(x, y, width, height);
-        self.cell(a.round() as i64, b.round() as i64)
+    pub(super) fn cell(&self, column: &Between, row: &Between) -> Cell {
+        self.cells[row.nearest * self.nu + column.nearest]
     }
 
     /// Value at a place in a lit cell: bilinear between the middles of the cells around it.
-    pub(super) fn interpolated(&self, a: f64, b: f64) -> Option<f64> {
-        self.cell(a.round() as i64, b.round() as i64).value()?;
-        let (i, j) = (a.floor(), b.floor());
-        let (s, t) = (a - i, b - j);
-        // The rim shifts the numbers by one.
-        let at = |di: f64, dj: f64| {
-            let (i, j) = ((i + di + 1.0) as usize, (j + dj + 1.0) as usize);
-            self.continued.get(j * (self.nu + 2) + i).copied().flatten()
-        };
+    pub(super) fn interpolated(&self, column: &Between, row: &Between) -> Option<f64> {
+        self.cell(column, row).value()?;
+        let (s, t) = (column.share, row.share);
+        let corner = row.rimmed * (self.nu + 2) + column.rimmed;
+        let at = |k: usize| self.continued.get(corner + k).copied().flatten();
+        let above = self.nu + 2;
         let corners = [
-            (at(0.0, 0.0), (1.0 - s) * (1.0 - t)),
-            (at(1.0, 0.0), s * (1.0 - t)),
-            (at(0.0, 1.0), (1.0 - s) * t),
-            (at(1.0, 1.0), s * t),
+            (at(0), (1.0 - s) * (1.0 - t)),
+            (at(1), s * (1.0 - t)),
+            (at(above), (1.0 - s) * t),
+            (at(above + 1), s * t),
         ];
         let known = corners.iter().filter_map(|(v, w)| v.map(|v| (v, w)));
         let (sum, weight) = known.fold((0.0, 0.0), |(s, n), (v, w)| (s + w * v, n + w));
         (weight > 0.0).then(|| sum / weight)
+    }
+}
+
+/// A place between the middles of cells, along one side.
+pub(super) struct Between {
+    /// The cell that it lies in.
+    nearest: usize,
+    /// The cell before it, counted with the rim.
+    rimmed: usize,
+    /// How far it lies on the way to the next.
+    share: f64,
+}
+
+impl Between {
+    /// For a share of the side and the number of its cells.
+    fn new(along: f64, cells: usize) -> Self {
+        let place = along * cells as f64 - 0.5;
+        let before = place.floor();
+        let nearest = (place.round().max(0.0) as usize).min(cells - 1);
+        Self { nearest, rimmed: (before + 1.0) as usize, share: place - before }
     }
 }
 

@@ -42,11 +42,9 @@ impl Slope {
 impl Pixels {
     pub(super) fn new(field: &Field, width: usize, height: usize) -> Self {
         let mut value = Vec::with_capacity(width * height);
-        for y in 0..height {
-            for x in 0..width {
-                let (a, b) = field.place(x, y, width, height);
-                value.push(field.interpolated(a, b).unwrap_or(f64::NAN));
-            }
+        let columns = field.columns(width);
+        for row in field.rows(height) {
+            value.extend(columns.iter().map(|column| field.interpolated(column, &row).unwrap_or(f64::NAN)));
         }
         Self { width, height, value }
     }
@@ -56,8 +54,8 @@ impl Pixels {
         (!v.is_nan()).then_some(v)
     }
 
-    /// By central differences; nothing at the rim and where the field is level.
-    fn slope(&self, x: usize, y: usize) -> Option<Slope> {
+    /// By central differences; nothing at the rim, where the field is level and where no level lies near.
+    fn slope(&self, x: usize, y: usize, levels: &[f64]) -> Option<Slope> {
         if x == 0 || y == 0 || x + 1 >= self.width || y + 1 >= self.height {
             return None;
         }
@@ -65,12 +63,11 @@ impl Pixels {
         let (left, right) = (self.at(x - 1, y)?, self.at(x + 1, y)?);
         let (above, below) = (self.at(x, y - 1)?, self.at(x, y + 1)?);
         let around = [left, right, above, below];
-        let slope = Slope {
-            value,
-            x: 0.5 * (right - left),
-            y: 0.5 * (below - above),
-            range: (around.into_iter().fold(value, f64::min), around.into_iter().fold(value, f64::max)),
-        };
+        let range = (around.into_iter().fold(value, f64::min), around.into_iter().fold(value, f64::max));
+        if !levels.iter().any(|l| (range.0..=range.1).contains(l)) {
+            return None;
+        }
+        let slope = Slope { value, x: 0.5 * (right - left), y: 0.5 * (below - above), range };
         (slope.steepness() > 1e-9 * slope.value.abs()).then_some(slope)
     }
 }
@@ -86,7 +83,7 @@ const CROWDED: f64 = 12.0;
 pub(super) fn draw_isolines(canvas: &mut Canvas, plot: Rect, map: &Pixels, scale: &Scale) {
     let mut on_line: Vec<Vec<Candidate>> = vec![Vec::new(); scale.ticks.len()];
     for (x, y) in (0..map.height).flat_map(|y| (0..map.width).map(move |x| (x, y))) {
-        let Some(slope) = map.slope(x, y) else {
+        let Some(slope) = map.slope(x, y, &scale.ticks) else {
             continue;
         };
         for (k, level) in scale.ticks.iter().enumerate() {

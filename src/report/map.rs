@@ -49,11 +49,12 @@ pub(super) fn draw(field: &Field, scale: &Scale, words: &Words<'_>, axes: Axes) 
         unit: words.unit,
     });
     let (plot, canvas) = (figure.plot, &mut figure.canvas);
-    for y in 0..height {
-        for x in 0..width {
+    let columns = field.columns(width);
+    for (y, row) in field.rows(height).iter().enumerate() {
+        for (x, column) in columns.iter().enumerate() {
             let colour = match map.at(x, y) {
                 Some(v) => scale.colour(v),
-                None if field.at_pixel(x, y, width, height) == Cell::Covered => hatch(x, y),
+                None if field.cell(column, row) == Cell::Covered => hatch(x, y),
                 None => WHITE,
             };
             canvas.set(plot.left + x, plot.top + y, colour);

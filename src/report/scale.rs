@@ -22,8 +22,8 @@ pub(super) struct Scale {
     colours: Vec<Colour>,
 }
 
-/// Colours of a scale: more than eight bits a channel can tell apart.
-const COLOURS: usize = 2048;
+/// Colours of a scale: as many as a screen shows along it, and no more, for equal neighbours compress well.
+const COLOURS: usize = 384;
 /// Most steps of a linear scale.
 const STEPS: f64 = 12.0;
 /// A range wider than this is shown logarithmically.
@@ -110,7 +110,7 @@ impl Scale {
 
     /// Colour of a place from 0 to 1.
     pub(super) fn colour_at(&self, place: f64) -> Colour {
-        self.colours[(place * (COLOURS - 1) as f64).round() as usize]
+        self.colours[(place * (COLOURS - 1) as f64 + 0.5) as usize]
     }
 
     /// A tick as text.

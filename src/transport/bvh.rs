@@ -33,9 +33,17 @@ pub(super) struct Triangle {
     pub(super) surface: u32,
 }
 
+/// Levels above the triangles from which on each part holds half of them, whatever the heuristic says: 2^31 triangles then
+/// end within [`MOST_LEVELS`].
+const HEURISTIC_LEVELS: usize = 24;
+/// Levels of nodes at most.
+pub(super) const MOST_LEVELS: usize = 36;
+
 /// The tree: `nodes[0]` is the root.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Tree {
+    /// Nodes one below the other.
+    pub(super) levels: usize,
     pub(super) nodes: Vec<Node>,
     pub(super) leaves: Vec<Leaf>,
 }
@@ -80,16 +88,17 @@ impl Tree {
             .collect();
         let mut tree = Self::default();
         if !items.is_empty() {
-            tree.node(&mut items);
+            tree.node(&mut items, 1);
         }
         tree
     }
 
-    fn node(&mut self, items: &mut [Item]) -> u32 {
+    fn node(&mut self, items: &mut [Item], level: usize) -> u32 {
+        self.levels = self.levels.max(level);
         let index = self.nodes.len() as u32;
         self.nodes.push(Node { low: [[f32::INFINITY; 8]; 3], high: [[f32::NEG_INFINITY; 8]; 3], child: [EMPTY; 8] });
-        for (lane, (part, bounds)) in split_in_eight(items).into_iter().enumerate() {
-            let child = if part.len() <= WIDTH { self.leaf(part) } else { self.node(part) };
+        for (lane, (part, bounds)) in split_in_eight(items, level < HEURISTIC_LEVELS).into_iter().enumerate() {
+            let child = if part.len() <= WIDTH { self.leaf(part) } else { self.node(part, level + 1) };
             let node = &mut self.nodes[index as usize];
             for axis in 0..3 {
                 node.low[axis][lane] = bounds.low[axis];
@@ -119,19 +128,21 @@ fn bounds_of(items: &[Item]) -> Bounds {
     items.iter().fold(Bounds::NONE, |b, i| b.with(i.bounds))
 }
 
-/// Up to eight parts: the part with the largest surface is split again and again.
-fn split_in_eight(items: &mut [Item]) -> Vec<(&mut [Item], Bounds)> {
+/// Up to eight parts: the part with the largest surface, or the one with most triangles, is split again and again.
+fn split_in_eight(items: &mut [Item], by_surface: bool) -> Vec<(&mut [Item], Bounds)> {
     let bounds = bounds_of(items);
     let mut parts = vec![(items, bounds)];
     while parts.len() < WIDTH {
-        let Some(largest) = (0..parts.len())
-            .filter(|k| parts[*k].0.len() > WIDTH)
-            .max_by(|a, b| parts[*a].1.half_area().total_cmp(&parts[*b].1.half_area()))
-        else {
+        let Some(largest) = (0..parts.len()).filter(|k| parts[*k].0.len() > WIDTH).max_by(|a, b| {
+            let (a, b) = (&parts[*a], &parts[*b]);
+            let by_count = a.0.len().cmp(&b.0.len());
+            if by_surface { a.1.half_area().total_cmp(&b.1.half_area()) } else { by_count }
+        }) else {
             break;
         };
         let (part, bounds) = parts.swap_remove(largest);
-        let (left, right) = split(part, bounds);
+        let middle = part.len() / 2;
+        let (left, right) = if by_surface { split(part, bounds) } else { part.split_at_mut(middle) };
         let (l, r) = (bounds_of(left), bounds_of(right));
         parts.push((left, l));
         parts.push((right, r));

@@ -4,11 +4,16 @@
 //! triangle test is watertight along shared edges (Woop, Benthin and Wald 2013): the three edge functions of two
 //! triangles that share an edge are exact negatives of each other.
 
-use super::bvh::{EMPTY, LEAF, Leaf, Node, Tree, WIDTH};
+use super::bvh::{EMPTY, LEAF, Leaf, MOST_LEVELS, Node, Tree, WIDTH};
 use super::caster::{Hit, Ray};
 
-/// Deepest path through an eight-wide tree of 2^31 leaves, with seven siblings waiting at each level.
-const STACK: usize = 256;
+/// Levels that a small stack is good for: to clear a large one takes as long as a ray through a small room.
+const FEW_LEVELS: usize = 4;
+
+/// Children that wait at most: seven siblings at each level, and the last child.
+const fn waiting(levels: usize) -> usize {
+    7 * levels + 1
+}
 
 struct Prepared {
     origin: [f32; 3],
@@ -105,10 +110,10 @@ fn meet_triangles(leaf: &Leaf, ray: &Prepared, t_max: f32) -> [f32; WIDTH] {
 }
 
 #[inline(always)]
-fn closest_generic(tree: &Tree, ray: &Ray) -> Hit {
+fn closest_generic(tree: &Tree, ray: &Ray, stack: &mut [(f32, u32)]) -> Hit {
     let prepared = Prepared::new(ray);
     let mut best = Hit { t: ray.t_max, surface: EMPTY };
-    let mut stack = [(0.0f32, 0u32); STACK];
+    stack[0] = (0.0, 0);
     let mut depth = 1;
     while depth > 0 {
         depth -= 1;
@@ -147,8 +152,18 @@ fn closest_generic(tree: &Tree, ray: &Ray) -> Hit {
 
 #[inline(always)]
 fn closest_all(tree: &Tree, rays: &[Ray], hits: &mut [Hit]) {
+    if tree.levels <= FEW_LEVELS {
+        closest_by::<{ waiting(FEW_LEVELS) }>(tree, rays, hits);
+    } else {
+        closest_by::<{ waiting(MOST_LEVELS) }>(tree, rays, hits);
+    }
+}
+
+#[inline(always)]
+fn closest_by<const WAITING: usize>(tree: &Tree, rays: &[Ray], hits: &mut [Hit]) {
+    let mut stack = [(0.0, 0); WAITING];
     for (ray, hit) in rays.iter().zip(hits) {
-        *hit = closest_generic(tree, ray);
+        *hit = closest_generic(tree, ray, &mut stack);
     }
 }
 

@@ -5,7 +5,7 @@
 use glam::DVec3;
 
 use super::world::{Kind, World};
-use crate::light::above_plane;
+use crate::light::{above_plane, divide_by_plane};
 
 /// More pieces than this are given up.
 const MAX_PIECES: usize = 256;
@@ -97,15 +97,17 @@ impl Visible {
                 continue;
             }
             for n in &self.cone {
+                if piece.polygon.iter().all(|p| n.dot(*p) > 0.0) {
+                    continue;
+                }
                 let mut rest = self.spare.pop().unwrap_or_default();
-                above_plane(&piece.polygon, -*n, 0.0, &mut rest.polygon);
+                divide_by_plane(&piece.polygon, *n, &mut self.clipped, &mut rest.polygon);
                 if twice_area(&rest.polygon) > self.sliver {
                     (rest.panes, rest.count) = (piece.panes, piece.count);
                     self.next.push(rest);
                 } else {
                     self.spare.push(rest);
                 }
-                above_plane(&piece.polygon, *n, 0.0, &mut self.clipped);
                 std::mem::swap(&mut piece.polygon, &mut self.clipped);
                 if piece.polygon.len() < 3 {
                     break;

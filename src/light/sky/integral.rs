@@ -18,8 +18,13 @@ pub(super) enum Rule {
     Quick,
 }
 
-/// `∫ L(cos Z, cos χ) cos Z dω` over the upper hemisphere, `cos Zs` being the sun's height `sun_z`.
-pub(super) fn horizontal(luminance: impl Fn(f64, f64) -> f64, sun_z: f64, rule: Rule) -> f64 {
+/// `∫ L(cos Z, f(cos χ)) cos Z dω` over the upper hemisphere, `cos Zs` being the sun's height `sun_z`.
+pub(super) fn horizontal(
+    indicatrix: impl Fn(f64) -> f64,
+    luminance: impl Fn(f64, f64) -> f64,
+    sun_z: f64,
+    rule: Rule,
+) -> f64 {
     static FINE: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| gauss_legendre(POINTS));
     static QUICK: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| gauss_legendre(FEW_POINTS));
     let rule: &[(f64, f64)] = if rule == Rule::Fine { &FINE } else { &QUICK };
@@ -34,10 +39,11 @@ pub(super) fn horizontal(luminance: impl Fn(f64, f64) -> f64, sun_z: f64, rule: 
                 let (sine, cosine) = chi.sin_cos();
                 let along = cosine * sun_z;
                 let across = sine * sun_r;
+                let on_ring = indicatrix(cosine);
                 let reach = if along >= across { PI } else { (-along / across).clamp(-1.0, 1.0).acos() };
                 let ring = integrate(rule, (0.0, reach), |psi| {
                     let height = (along + across * psi.cos()).max(0.0);
-                    height * luminance(height, cosine)
+                    height * luminance(height, on_ring)
                 });
                 2.0 * ring * sine
             })
@@ -98,11 +104,11 @@ mod tests {
         // With the sun at the zenith χ = Z: 2π ∫ exp(−d χ) sin χ cos χ dχ = 2π (1 + exp(−d π/2)) / (4 + d²).
         let d = 3.0f64;
         let exact = 2.0 * PI * (1.0 + (-d * FRAC_PI_2).exp()) / (4.0 + d * d);
-        let found = horizontal(|_, toward| (-d * toward.clamp(-1.0, 1.0).acos()).exp(), 1.0, Rule::Fine);
+        let found = horizontal(|toward| (-d * toward.clamp(-1.0, 1.0).acos()).exp(), |_, f| f, 1.0, Rule::Fine);
         assert!((found / exact - 1.0).abs() < 1e-12, "{found} {exact}");
         // cos² about an axis at altitude h: π/4 (1 + sin² h), from the closed form of the second moment.
         for h in [0.0f64, 0.2, 0.8, 1.5] {
-            let found = horizontal(|_, toward| toward * toward, h.sin(), Rule::Fine);
+            let found = horizontal(|toward| toward * toward, |_, f| f, h.sin(), Rule::Fine);
             let exact = PI / 4.0 * (1.0 + h.sin().powi(2));
             assert!((found / exact - 1.0).abs() < 1e-10, "{h}: {found} {exact}");
         }

@@ -67,17 +67,28 @@ impl SkyModel {
 
     /// Luminance in any unit: `cosine` of the angle from the zenith, `toward` cosine of the angle from the sun.
     fn shape(&self, cosine: f64, toward: f64) -> f64 {
+        self.graded(cosine, self.indicatrix(toward))
+    }
+
+    /// What the angle from the sun makes of the luminance.
+    fn indicatrix(&self, toward: f64) -> f64 {
+        match self {
+            Self::Uniform | Self::Overcast => 1.0,
+            Self::Cie(k) => indicatrix(k, toward, k.c * (k.d * FRAC_PI_2).exp()),
+            Self::Perez(k) => indicatrix(k, toward, 0.0),
+        }
+    }
+
+    /// The luminance from the indicatrix and the height above the horizon.
+    fn graded(&self, cosine: f64, indicatrix: f64) -> f64 {
         match self {
             Self::Uniform => 1.0,
             Self::Overcast => (1.0 + 2.0 * cosine) / 3.0,
-            Self::Cie(k) => {
-                let gradation = 1.0 + k.a * (k.b / cosine.max(1e-9)).exp();
-                gradation * indicatrix(k, toward, k.c * (k.d * FRAC_PI_2).exp())
-            }
+            Self::Cie(k) => (1.0 + k.a * (k.b / cosine.max(1e-9)).exp()) * indicatrix,
             Self::Perez(k) => {
                 let gradation = 1.0 + k.a * (k.b / cosine.max(LEAST_COSINE)).min(MOST_EXPONENT).exp();
                 // Some combinations of the fit go below zero; light does not.
-                (gradation * indicatrix(k, toward, 0.0)).max(0.0)
+                (gradation * indicatrix).max(0.0)
             }
         }
     }
@@ -118,7 +129,7 @@ impl Sky {
         let horizontal = match model {
             SkyModel::Uniform => PI,
             SkyModel::Overcast => 7.0 * PI / 9.0,
-            _ => integral::horizontal(|cosine, toward| model.shape(cosine, toward), sun.z, rule),
+            _ => integral::horizontal(|t| model.indicatrix(t), |c, i| model.graded(c, i), sun.z, rule),
         };
         Self { model, sun, horizontal }
     }
@@ -169,7 +180,7 @@ mod tests {
 
     #[test]
     fn overcast_sky_gives_seven_ninths_of_pi() {
-        let integral = integral::horizontal(|c, t| SkyModel::Overcast.shape(c, t), 0.3, Rule::Fine);
+        let integral = integral::horizontal(|_| 1.0, |c, i| SkyModel::Overcast.graded(c, i), 0.3, Rule::Fine);
         assert!((integral - 7.0 * PI / 9.0).abs() < 1e-12, "{integral}");
     }
 
