@@ -116,9 +116,12 @@ pub(crate) struct Ratio {
     pub(crate) pixels: usize,
 }
 
+/// Computed and photographed values of pixels.
+type Pairs = Vec<(f64, f64)>;
+
 /// Compares pictures of the same names. One factor for all of them: least squares over all pixels of all regions.
 pub(crate) fn compare(computed: &Stack, photographs: &[Stack], h: &[f64; 9], regions: &[Region]) -> (f64, Vec<Ratio>) {
-    let mut lists: Vec<(String, String, Vec<(f64, f64)>)> = Vec::new();
+    let mut lists: Vec<(String, String, Pairs)> = Vec::new();
     for (name, ours) in &computed.pictures {
         let Some((stack, theirs)) =
             photographs.iter().find_map(|s| s.pictures.iter().find(|(n, _)| n == name).map(|(_, values)| (s, values)))
