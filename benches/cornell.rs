@@ -10,7 +10,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use clerestory::measure::{GridResult, Measurement, Silent, SolveOptions, Status, solve};
-use clerestory::report::{Provenance, write_all};
+use clerestory::report::{Form, Provenance, write_all};
 use clerestory::scene::{Scene, load};
 use clerestory::spectrum::{BandMode, Bands};
 use common::{Took, timed};
@@ -74,7 +74,7 @@ fn picture() {
         );
     }
     let dir = tempfile::tempdir().expect("a place for temporary files");
-    let (files, took) = timed(|| write_all(dir.path(), &scene, &m, false, &Provenance::default()));
+    let (files, took) = timed(|| write_all(dir.path(), &scene, &m, Form::default(), &Provenance::default()));
     let files = files.expect("finite results can be written");
     println!("write {} files  {:>8.2} s {:>8.2} CPU s", files.len(), took.wall_s, took.cpu_s);
     println!();

@@ -6,6 +6,8 @@ use std::f64::consts::PI;
 use std::path::Path;
 
 use assert_cmd::Command;
+use clerestory::measure::RoomSurface;
+use clerestory::scene::Scene;
 use common::{assert_near, assert_ratio, cube, furnished, solve, within};
 
 #[test]
@@ -15,7 +17,8 @@ fn surfaces_absorb_what_the_lamp_gives() {
     b.level("level", common::at(0.1, 0.1, 0.4), common::at(0.9, 0.9, 0.4), 4);
     let m = solve(&b.0, &within(0.02));
     let (mut absorbed, mut error) = (0.0, 0.0);
-    for s in &m.appraisal.surfaces {
+    let all = |s: &&&RoomSurface| s.object.is_none();
+    for s in m.appraisal.surfaces.iter().filter(|s| all(&s)) {
         assert!(s.front && s.modelled_share > 0.999, "{s:?}");
         let [lux, off] = s.illuminance_lx.expect("all reflect");
         absorbed += 0.4 * s.area_m2 * lux;
@@ -25,6 +28,36 @@ fn surfaces_absorb_what_the_lamp_gives() {
     }
     assert_near(absorbed, 1.0, error, "flux");
     assert!(error < 0.05, "{error}");
+}
+
+#[test]
+fn the_objects_of_a_material_make_up_its_surfaces() {
+    // The block stands in a grey room as an object of its own: flux and area add up.
+    let mut b = furnished();
+    let block = b.0.objects.len();
+    b.0.objects.push("block".into());
+    for face in &mut b.0.faces {
+        if face.vertices.iter().all(|v| (2.3..3.2).contains(&v.x) && v.z < 1.3) {
+            face.object = block;
+        }
+    }
+    b.level("level", common::at(0.1, 0.1, 0.4), common::at(0.9, 0.9, 0.4), 4);
+    let m = solve(&b.0, &within(0.05));
+    let (wholes, parts): (Vec<_>, Vec<_>) = m.appraisal.surfaces.iter().partition(|s| s.object.is_none());
+    assert!(parts.len() > wholes.len(), "some material is on several objects: {parts:?}");
+    for whole in wholes {
+        let of: Vec<_> = parts.iter().filter(|p| p.material == whole.material && p.front == whole.front).collect();
+        let sum = |value: &dyn Fn(&RoomSurface) -> f64| of.iter().map(|p| value(p)).sum::<f64>();
+        // Means are over what was modelled.
+        let flux = |s: &RoomSurface| s.luminance_cd_m2[0] * s.area_m2 * s.modelled_share;
+        assert_ratio(sum(&flux), flux(whole), 1e-9, &whole.material);
+        assert_ratio(sum(&|s| s.area_m2 * s.modelled_share), whole.area_m2 * whole.modelled_share, 1e-9, "area");
+        assert!(of.iter().all(|p| scene_has(&b.0, p.object.as_deref())), "{of:?}");
+    }
+}
+
+fn scene_has(scene: &Scene, object: Option<&str>) -> bool {
+    object.is_some_and(|name| scene.objects.iter().any(|o| o == name))
 }
 
 #[test]
@@ -122,6 +155,64 @@ fn footcandles_are_lux_over_ten_and_three_quarters() {
     };
     assert_ratio(mean(&feet, "mean_fc"), mean(&lux, "mean_lx") * 0.3048 * 0.3048, 1e-12, "1 fc = 1 lm/ft²");
     assert!(words.contains("mean fc"), "{words}");
+}
+
+#[test]
+fn footcandles_stand_in_the_record_too() {
+    let (lux, _, _) = room("", "requirement = { mean_lx = 300 }", &[]);
+    let (feet, _, _) = room("", "requirement = { mean_lx = 300 }", &["--units", "fc"]);
+    let [lux, feet] =
+        [lux, feet].map(|d| serde_json::from_str::<serde_json::Value>(&read(&d, "run.json")).expect("JSON"));
+    let number = |v: &serde_json::Value| v.as_f64().expect("a number");
+    assert_ratio(
+        number(&feet["grids"][0]["mean_fc"]),
+        number(&lux["grids"][0]["mean_lx"]) * 0.3048 * 0.3048,
+        1e-12,
+        "mean",
+    );
+    assert_ratio(number(&feet["requirements"][0]["limit"]), 300.0 * 0.3048 * 0.3048, 1e-12, "limit");
+    assert_eq!(feet["requirements"][0]["quantity"], "mean_fc");
+    assert!(feet["grids"][0].get("mean_lx").is_none());
+}
+
+#[test]
+fn dimmed_lamps_dazzle_by_the_law_of_the_rating() {
+    // L² goes with the square of the level, the background with the level: 8 lg 0.002 less.
+    let eyes = "normal = [1, 0, 0]\nugr = true\nrequirement = { ugr = 1, state = \"blackout\" }";
+    let (dir, words, _) = room("", eyes, &[]);
+    let text = read(&dir, "glare.csv");
+    let lines: Vec<Vec<&str>> = text.lines().skip(1).map(|l| l.split(',').collect()).collect();
+    let rated = |state: &str| -> Vec<f64> {
+        lines.iter().filter(|l| l[5] == state).filter_map(|l| l[3].parse().ok()).collect()
+    };
+    let (full, dark) = (rated(""), rated("blackout"));
+    assert!(full.len() == dark.len() && full.len() >= 10, "{text}{words}");
+    for (full, dark) in full.iter().zip(&dark) {
+        assert_near(dark - full, 8.0 * 0.002f64.log10(), 1e-4, "a dimmed lamp's rating");
+    }
+    let requirements = read(&dir, "requirements.csv");
+    assert!(requirements.contains("task,blackout,ugr,1,") && requirements.contains(",met"), "{requirements}");
+}
+
+#[test]
+fn colour_rendering_comes_from_the_file_where_the_scene_says_nothing() {
+    let required = "requirement = { ra = 80 }";
+    let verdict = |extra: &str| read(&room(extra, required, &[]).0, "requirements.csv");
+    assert!(verdict("").contains("ra,80,83"), "the scene's own");
+    let second = |cri: &str| {
+        let ldt = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("luminaires/panel.ldt"))
+            .expect("shipped");
+        // Line 31: the colour rendering of the first lamp set.
+        let lines: Vec<&str> = ldt.lines().enumerate().map(|(k, l)| if k == 30 { cri } else { l }).collect();
+        let dir = tempfile::tempdir().expect("made");
+        let file = dir.path().join("p.ldt");
+        std::fs::write(&file, lines.join("\r\n")).expect("written");
+        let told = verdict(&format!("[[luminaires]]\nfile = {file:?}\nposition_m = [3, 2, 2.9]"));
+        told.lines().nth(1).expect("a requirement").to_owned()
+    };
+    assert!(second("1B").contains("ra,80,80,80,80,met"), "{}", second("1B"));
+    assert!(second("72").contains("ra,80,72,72,72,not met"), "{}", second("72"));
+    assert!(second("warm").contains("unknown"), "{}", second("warm"));
 }
 
 #[test]

@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
 use clerestory::light::photometry::{PhotometricType, Photometry, Web, to_ies};
-use clerestory::light::{UGR_REFLECTANCES, ugr_table};
+use clerestory::light::{UGR_REFLECTANCES, UgrSpacing, ugr_table};
 use clerestory::scene::{LuminaireRow, Scene};
 use common::{Build, assert_near, assert_ratio, at, diffuse, mirror, solve, within};
 use glam::DVec3;
@@ -72,7 +72,7 @@ fn the_glare_table_is_the_sum_over_the_array_against_the_solved_walls() {
         })
         .sum();
     let expected = 8.0 * (0.25 / (mean / PI) * sum).log10();
-    let table = ugr_table(&Photometry::read(&panel()).expect("shipped")).expect("it has an area");
+    let table = ugr_table(&Photometry::read(&panel()).expect("shipped"), UgrSpacing::Quarter).expect("it has an area");
     let row = table.iter().find(|r| (r.x, r.y) == (4, 8)).expect("a standard room");
     assert_near(row.along_c0[0], expected, 0.2, "UGR of 4H x 8H");
 }

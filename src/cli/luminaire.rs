@@ -9,7 +9,7 @@ use serde_json::json;
 use super::{LuminaireArgs, LuminaireFormat, print};
 use crate::Result;
 use crate::light::photometry::{PhotometricType, Photometry, Spread, spread, to_eulumdat, to_ies};
-use crate::light::{UGR_REFLECTANCES, UgrRow, point_distance_m, ugr_table};
+use crate::light::{UGR_REFLECTANCES, UgrRow, UgrSpacing, point_distance_m, ugr_table};
 use crate::report;
 
 /// Reads, tells, and writes what was asked for.
@@ -62,11 +62,8 @@ fn as_json(p: &Photometry, spread: &Spread, written: &[PathBuf]) -> String {
             "height_m": p.opening.height_m,
         },
         "point_distance_m": point_distance_m(p),
-        "ugr_table": ugr_table(p).map(|rows| json!({
-            "spacing_H": 0.25,
-            "reflectances": UGR_REFLECTANCES,
-            "rooms": rows.iter().map(room).collect::<Vec<_>>(),
-        })),
+        "ugr_table": glare_json(p, UgrSpacing::Quarter),
+        "ugr_table_cie190": glare_json(p, UgrSpacing::Whole),
         "power_W": p.power_w,
         "efficacy_lm_W": efficacy(p),
         "warnings": p.warnings,
@@ -75,14 +72,23 @@ fn as_json(p: &Photometry, spread: &Spread, written: &[PathBuf]) -> String {
     format!("{report:#}\n")
 }
 
+fn glare_json(p: &Photometry, spacing: UgrSpacing) -> Option<serde_json::Value> {
+    let rows = ugr_table(p, spacing)?;
+    Some(json!({
+        "spacing_H": spacing.over_h(),
+        "reflectances": UGR_REFLECTANCES,
+        "rooms": rows.iter().map(room).collect::<Vec<_>>(),
+    }))
+}
+
 fn room(row: &UgrRow) -> serde_json::Value {
     json!({ "x_H": row.x, "y_H": row.y, "along_c0": row.along_c0, "along_c90": row.along_c90 })
 }
 
-/// The table of glare ratings (CIE 190), for the terminal.
+/// The table of glare ratings as makers print it, for the terminal.
 fn glare(text: &mut String, p: &Photometry) {
-    let Some(rows) = ugr_table(p) else { return };
-    text.push_str("uncorrected UGR (CIE 190), spacing 0.25 H; reflectances of ceiling, walls, floor in %\n");
+    let Some(rows) = ugr_table(p, UgrSpacing::Quarter) else { return };
+    text.push_str("uncorrected UGR (CIE 117), spacing 0.25 H; reflectances of ceiling, walls, floor in %\n");
     let shares = UGR_REFLECTANCES.map(|r| r.map(|v| format!("{:.0}", 100.0 * v)).join("/"));
     let _ = writeln!(text, "  {:<9} {}    {}", "", shares.join(" "), shares.join(" "));
     let _ = writeln!(text, "  {:<9} {:<47}    eyes look along C90", "room", "eyes look along C0");

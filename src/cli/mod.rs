@@ -121,19 +121,11 @@ enum UnitsArg {
     Fc,
 }
 
-impl UnitsArg {
-    fn name(self) -> &'static str {
-        match self {
-            Self::Lx => "lx",
-            Self::Fc => "fc",
-        }
-    }
-
-    /// Of one unit, lx.
-    fn lux(self) -> f64 {
-        match self {
-            Self::Lx => 1.0,
-            Self::Fc => report::LUX_PER_FOOTCANDLE,
+impl From<UnitsArg> for report::Units {
+    fn from(units: UnitsArg) -> Self {
+        match units {
+            UnitsArg::Lx => Self::Lux,
+            UnitsArg::Fc => Self::Footcandles,
         }
     }
 }

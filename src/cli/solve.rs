@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
-use super::{MethodArg, SolveArgs, UnitsArg, print, progress};
+use super::{MethodArg, SolveArgs, print, progress};
 use crate::measure::{self, Appraisal, Display, GridResult, Ledger, Measurement, SolveOptions, Status};
-use crate::report;
+use crate::report::{self, Form, Units};
 use crate::scene::{self, Scene};
 use crate::{Error, Result};
 
@@ -37,17 +37,15 @@ pub(super) fn run(args: &SolveArgs) -> Result<ExitCode> {
     warn(args, &measurement.record.warnings);
     let provenance = super::provenance(&pool, start);
     let folder = folder(args);
-    let mut files = pool.install(|| report::write_all(&folder, &scene, &measurement, args.spectral, &provenance))?;
+    let form = Form { spectral: args.spectral, units: args.units.into() };
+    let mut files = pool.install(|| report::write_all(&folder, &scene, &measurement, form, &provenance))?;
     if let Some(dir) = &args.progressive {
         files.extend(report::write_stages(dir, &scene, &measurement)?);
     }
-    if args.units == UnitsArg::Fc {
-        report::in_footcandles(&files)?;
-    }
     if args.run.json {
-        print(&format!("{:#}\n", report::run_json(&scene, &measurement, &provenance)))?;
+        print(&format!("{:#}\n", form.units.record(report::run_json(&scene, &measurement, &provenance))))?;
     } else {
-        print(&summary(&scene, &measurement, args.units, (&files, provenance.wall_s)))?;
+        print(&summary(&scene, &measurement, form.units, (&files, provenance.wall_s)))?;
     }
     Ok(exit_code(&measurement))
 }
@@ -138,7 +136,7 @@ impl GridLine {
 }
 
 /// What came out, for the terminal.
-fn summary(scene: &Scene, m: &Measurement, units: UnitsArg, (files, wall_s): (&[PathBuf], f64)) -> String {
+fn summary(scene: &Scene, m: &Measurement, units: Units, (files, wall_s): (&[PathBuf], f64)) -> String {
     let mut text = format!("{}\n", scene.title);
     table(&mut text, m, units);
     appraisal(&mut text, &m.appraisal, units);
@@ -182,7 +180,7 @@ fn worst_closure(ledger: &Ledger) -> Option<f64> {
 }
 
 /// Requirements and watts.
-fn appraisal(text: &mut String, a: &Appraisal, units: UnitsArg) {
+fn appraisal(text: &mut String, a: &Appraisal, units: Units) {
     for j in &a.requirements {
         let name = j.quantity.name();
         let (name, unit) = match name.strip_suffix("_lx") {
@@ -212,7 +210,7 @@ fn appraisal(text: &mut String, a: &Appraisal, units: UnitsArg) {
     line(text, &told);
 }
 
-fn table(text: &mut String, m: &Measurement, units: UnitsArg) {
+fn table(text: &mut String, m: &Measurement, units: Units) {
     if m.grids.is_empty() {
         return;
     }

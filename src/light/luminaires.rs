@@ -72,6 +72,8 @@ pub struct Luminaires {
     pub dimming: Vec<Option<String>>,
     /// Electric power of each luminaire of each table, W, where it is known.
     pub power_w: Vec<Option<f64>>,
+    /// General colour rendering index of each table, where it is known.
+    pub ra: Vec<Option<f64>>,
     /// What the user should know.
     pub warnings: Vec<String>,
     /// Names of the tables: file and line.
@@ -97,6 +99,7 @@ impl Luminaires {
                 }
             }
             all.power_w.push(row.power_w.or(Some(photometry.power_w).filter(|w| *w > 0.0)));
+            all.ra.push(row.ra.or_else(|| photometry.colour_rendering()));
             if row.flux_lm.is_some() && own <= 0.0 {
                 return Err(Error::impossible("flux_lm scales a luminaire that gives no light").in_file(&row.file));
             }

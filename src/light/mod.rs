@@ -22,4 +22,4 @@ pub use guth::position_index;
 pub use lambert::{above_plane, configuration_factor, divide_by_plane};
 pub use luminaires::{Luminaire, Luminaires, LuminousFace, Shape};
 pub use near_field::point_distance_m;
-pub use ugr_table::{UGR_REFLECTANCES, UgrRow, ugr_table};
+pub use ugr_table::{UGR_REFLECTANCES, UgrRow, UgrSpacing, ugr_table};

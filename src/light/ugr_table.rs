@@ -1,7 +1,7 @@
 //! The table of uncorrected glare ratings of a luminaire (CIE 117 and 190).
 //!
-//! Rooms of `x` times `y` in units of `H`, the height of the luminaires above the eye. The luminaires lie in an even array with
-//! a spacing of `H/4`; the eye is at the middle of a wall and looks level to the opposite one, along `y`. The background is the
+//! Rooms of `x` times `y` in units of `H`, the height of the luminaires above the eye. The luminaires lie in an even array:
+//! makers print the table for a spacing of `H/4`, CIE 190 has it for `H`. The eye is at the middle of a wall and looks level to the opposite one, along `y`. The background is the
 //! mean indirect illuminance of the walls between the eye's plane and that of the luminaires, over π, by the radiosity of the
 //! three surfaces of that box. The rating does not depend on `H`: all scales with it but the luminaire, whose light and area
 //! both stay.
@@ -42,8 +42,6 @@ const ROOMS: [(u32, u32); 19] = [
 pub const UGR_REFLECTANCES: [[f64; 3]; 5] =
     [[0.7, 0.5, 0.2], [0.7, 0.3, 0.2], [0.5, 0.5, 0.2], [0.5, 0.3, 0.2], [0.3, 0.3, 0.2]];
 
-/// Luminaires in a length of `H`.
-const IN_H: u32 = 4;
 /// Steps of the angles over which direct flux is summed, degrees.
 const STEP_DEG: f64 = 2.5;
 
@@ -60,9 +58,34 @@ pub struct UgrRow {
     pub along_c90: [f64; 5],
 }
 
+/// How densely the luminaires of a table lie.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum UgrSpacing {
+    /// A quarter of `H`: the table that makers of luminaires print.
+    Quarter,
+    /// `H`: the standard condition of CIE 190.
+    Whole,
+}
+
+impl UgrSpacing {
+    /// Luminaires in a length of `H`.
+    fn in_h(self) -> u32 {
+        match self {
+            Self::Quarter => 4,
+            Self::Whole => 1,
+        }
+    }
+
+    /// Distance of neighbours in units of `H`.
+    #[must_use]
+    pub fn over_h(self) -> f64 {
+        1.0 / f64::from(self.in_h())
+    }
+}
+
 /// The table; nothing for luminaires without a luminous area, without light from below, or of type A or B.
 #[must_use]
-pub fn ugr_table(photometry: &Photometry) -> Option<Vec<UgrRow>> {
+pub fn ugr_table(photometry: &Photometry, spacing: UgrSpacing) -> Option<Vec<UgrRow>> {
     if photometry.web.kind() != PhotometricType::C || photometry.web.zone_flux_lm(0.0, 90.0) <= 0.0 {
         return None;
     }
@@ -76,29 +99,47 @@ pub fn ugr_table(photometry: &Photometry) -> Option<Vec<UgrRow>> {
     ROOMS
         .iter()
         .map(|(x, y)| {
-            let of = |l: &Luminaire| ratings(l, *x, *y);
+            let of = |l: &Luminaire| ratings(l, &Array { x: *x, y: *y, in_h: spacing.in_h() });
             Some(UgrRow { x: *x, y: *y, along_c0: of(&views[0])?, along_c90: of(&views[1])? })
         })
         .collect()
 }
 
 /// Ratings of one room and view, for all reflectances; `H` is one metre.
-fn ratings(l: &Luminaire, x: u32, y: u32) -> Option<[f64; 5]> {
-    let sum = glare_sum(l, x, y)?;
-    let direct = DirectLight::new(l, x, y);
+fn ratings(l: &Luminaire, array: &Array) -> Option<[f64; 5]> {
+    let sum = glare_sum(l, array)?;
+    let direct = DirectLight::new(l, array);
     let ratings = UGR_REFLECTANCES.map(|rho| 8.0 * (0.25 * PI * sum / direct.indirect_on_walls(rho)).log10());
     ratings.iter().all(|r| r.is_finite()).then_some(ratings)
 }
 
-fn places(extent: u32) -> impl Iterator<Item = f64> + Clone {
-    (0..extent * IN_H).map(|k| (f64::from(k) + 0.5) / f64::from(IN_H))
+/// A room and the array of luminaires over it.
+struct Array {
+    x: u32,
+    y: u32,
+    /// Luminaires in a length of `H`.
+    in_h: u32,
+}
+
+impl Array {
+    /// Where luminaires lie along an extent of the room.
+    fn places(&self, extent: u32) -> impl Iterator<Item = f64> + Clone {
+        let in_h = self.in_h;
+        (0..extent * in_h).map(move |k| (f64::from(k) + 0.5) / f64::from(in_h))
+    }
+
+    /// Share of the places along an extent from which a step still ends inside.
+    fn inside(&self, extent: u32, step: f64) -> f64 {
+        let stay = self.places(extent).filter(|p| (0.0..f64::from(extent)).contains(&(p + step))).count();
+        stay as f64 / f64::from(extent * self.in_h)
+    }
 }
 
 /// `Σ L² ω / P²` over the array; nothing where the luminaire shows no area.
-fn glare_sum(l: &Luminaire, x: u32, y: u32) -> Option<f64> {
+fn glare_sum(l: &Luminaire, array: &Array) -> Option<f64> {
     let mut sum = 0.0;
-    for across in places(x).map(|p| p - 0.5 * f64::from(x)) {
-        for ahead in places(y) {
+    for across in array.places(array.x).map(|p| p - 0.5 * f64::from(array.x)) {
+        for ahead in array.places(array.y) {
             let towards = DVec3::new(across, ahead, 1.0);
             let (r, candela) = (towards.length(), l.intensity(-towards));
             let area = l.projected_area(-towards) / r;
@@ -123,16 +164,10 @@ struct DirectLight {
 }
 
 impl DirectLight {
-    fn new(l: &Luminaire, x: u32, y: u32) -> Self {
+    fn new(l: &Luminaire, array: &Array) -> Self {
         let mut flux = [0.0; 3];
-        let (wide, long) = (f64::from(x), f64::from(y));
-        let count = f64::from(x * y * IN_H * IN_H);
-        // Share of places from which a step still ends inside.
-        let inside = |extent: u32, step: f64| {
-            let all = places(extent);
-            let stay = all.clone().filter(|p| (0.0..f64::from(extent)).contains(&(p + step))).count();
-            stay as f64 / f64::from(extent * IN_H)
-        };
+        let (wide, long) = (f64::from(array.x), f64::from(array.y));
+        let count = f64::from(array.x * array.y * array.in_h * array.in_h);
         let (rings, turns) = ((180.0 / STEP_DEG) as u32, (360.0 / STEP_DEG) as u32);
         for ring in 0..rings {
             let edge = |k: u32| (f64::from(k) * STEP_DEG).to_radians().cos();
@@ -147,7 +182,7 @@ impl DirectLight {
                     continue;
                 }
                 let step = direction / -direction.z;
-                let floor = inside(x, step.x) * inside(y, step.y);
+                let floor = array.inside(array.x, step.x) * array.inside(array.y, step.y);
                 flux[2] += lumens * floor;
                 flux[1] += lumens * (1.0 - floor);
             }
@@ -201,7 +236,7 @@ mod tests {
         let one = Photometry::read(file.as_ref()).unwrap();
         let ten = Photometry { web: one.web.clone().scaled(10.0), ..one.clone() };
         // UGR = 8 lg(L² ω / L_b): tenfold light is one more in the logarithm.
-        let (a, b) = (ugr_table(&one).unwrap(), ugr_table(&ten).unwrap());
+        let (a, b) = (ugr_table(&one, UgrSpacing::Quarter).unwrap(), ugr_table(&ten, UgrSpacing::Quarter).unwrap());
         for (a, b) in a.iter().zip(&b) {
             a.along_c0.iter().zip(b.along_c0).for_each(|(a, b)| assert!((b - a - 8.0).abs() < 1e-9));
             // A square panel of axial light looks the same from both sides.

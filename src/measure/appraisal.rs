@@ -11,7 +11,7 @@ pub struct Appraisal {
     pub requirements: Vec<Judged>,
     /// Watts of the luminaires.
     pub power: Option<Power>,
-    /// Mean illuminance and luminance of the surfaces of each material.
+    /// Mean illuminance and luminance of the surfaces of each material, then of those of each object.
     pub surfaces: Vec<RoomSurface>,
 }
 
@@ -71,11 +71,13 @@ pub struct Power {
     pub density_w_m2_per_100_lx: Option<f64>,
 }
 
-/// The surfaces of a material, opaque and diffuse.
+/// The surfaces of a material, opaque and diffuse, or those of them in one object.
 #[derive(Clone, Debug)]
 pub struct RoomSurface {
     /// Name of the material.
     pub material: String,
+    /// Name of the object or group of the drawing; `None` for all of the material.
+    pub object: Option<String>,
     /// Front of the faces, or back.
     pub front: bool,
     /// Area of that side, m².
@@ -103,8 +105,9 @@ pub(super) fn power(scene: &Scene, luminaires: &Luminaires) -> Option<Power> {
     Some(power)
 }
 
-/// Judges a result: what the scene requires, and the watts by what they refer to.
-pub(super) fn appraise(scene: &Scene, m: &mut Measurement) {
+/// Judges a result: what the scene requires, and the watts by what they refer to; `ra` is the general colour rendering index
+/// of each table of luminaires, where it is known.
+pub(super) fn appraise(scene: &Scene, ra: &[Option<f64>], m: &mut Measurement) {
     let judged = scene.requirements.iter().map(|r| {
         let grids = r.state.map_or(&m.grids, |k| m.states.get(k).map_or(&m.grids, |s| &s.grids));
         let cylinders = || scene.modelling.iter().find(|c| c.0 == r.grid).map(|c| &grids[c.1]);
@@ -113,8 +116,8 @@ pub(super) fn appraise(scene: &Scene, m: &mut Measurement) {
             Quantity::Mean => mean(grid),
             Quantity::Uniformity => uniformity(grid),
             Quantity::Cylindrical => cylinders().and_then(mean),
-            Quantity::Ugr => glare(&m.glare, &grid.name),
-            Quantity::Ra => rendering(scene),
+            Quantity::Ugr => glare(&m.glare, &grid.name, r.state.map_or("", |k| &scene.states[k].name)),
+            Quantity::Ra => rendering(ra),
             Quantity::DirectMin => least(&direct(grid)),
             Quantity::DirectRatio => diversity(&direct(grid)),
         };
@@ -183,17 +186,17 @@ fn diversity(values: &[[f64; 2]]) -> Option<[f64; 3]> {
     Some([ratio(greatest(0.0)?, low[0]), ratio(greatest(-1.0)?, low[2]), ratio(greatest(1.0)?, low[1])])
 }
 
-/// The largest rating of a grid's eyes; nothing where no luminaire shines into any.
-fn glare(all: &[Glare], grid: &str) -> Option<[f64; 3]> {
-    let rated = || all.iter().filter(|g| g.grid == grid).filter_map(|g| Some((g.ugr?, g.error)));
+/// The largest rating of a grid's eyes in a state of the lights; nothing where no luminaire shines into any.
+fn glare(all: &[Glare], grid: &str, state: &str) -> Option<[f64; 3]> {
+    let rated = || all.iter().filter(|g| g.grid == grid && g.state == state).filter_map(|g| Some((g.ugr?, g.error)));
     let of = |sign: f64| rated().map(|(ugr, error)| ugr + sign * error).reduce(f64::max);
     Some([of(0.0)?, of(-1.0)?, of(1.0)?])
 }
 
-/// The least index among the luminaires, if all state one.
-fn rendering(scene: &Scene) -> Option<[f64; 3]> {
-    let stated: Option<Vec<f64>> = scene.luminaires.iter().map(|l| l.ra).collect();
-    stated?.into_iter().reduce(f64::min).map(|ra| [ra; 3])
+/// The least index among the luminaires, if all are known.
+fn rendering(ra: &[Option<f64>]) -> Option<[f64; 3]> {
+    let known: Option<Vec<f64>> = ra.iter().copied().collect();
+    known?.into_iter().reduce(f64::min).map(|ra| [ra; 3])
 }
 
 #[cfg(test)]

@@ -50,6 +50,8 @@ pub struct Glare {
     pub grid: String,
     /// Number of the sensor in it.
     pub point: usize,
+    /// Name of the state of the lights; empty for the scene as it stands.
+    pub state: String,
     /// Luminance of the background: illuminance at the eye without that of lamps, over π, cd/m².
     pub background_cd_m2: f64,
     /// Unified glare rating (CIE 117); `None` where no luminaire shines into the eye, or the background is black.

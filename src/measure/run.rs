@@ -49,7 +49,7 @@ pub fn solve(scene: &Scene, options: &SolveOptions, progress: &dyn Progress) -> 
     let options = &SolveOptions { spectral: options.spectral || options.alpha_opic, ..options.clone() };
     let (bands, why, alpha_opic) = plan_bands(scene, daylight.as_ref(), &luminaires, options)?;
     let power = appraisal::power(scene, &luminaires);
-    let (told, tables) = (luminaires.warnings.clone(), luminaires.tables.clone());
+    let (told, tables, ra) = (luminaires.warnings.clone(), luminaires.tables.clone(), luminaires.ra.clone());
     let world = World::with_daylight(scene, daylight).hang(luminaires);
     let channels = match options.method {
         Method::Auto | Method::PathTracing => Channels::new(scene, &world),
@@ -90,7 +90,7 @@ pub fn solve(scene: &Scene, options: &SolveOptions, progress: &dyn Progress) -> 
     };
     measurement.alpha_opic = alpha_opic;
     measurement.appraisal.power = power;
-    appraisal::appraise(scene, &mut measurement);
+    appraisal::appraise(scene, &ra, &mut measurement);
     Ok(measurement)
 }
 
@@ -296,10 +296,10 @@ fn by_radiosity(task: &Task<'_>, mut record: Record) -> Result<Measurement> {
         held: k < task.channels.held,
         grids: self::grids(task, &adapted, |states| task.holding_in_state(states, k), |s| s.states[k]),
     };
-    let states = task.channels.states.iter().enumerate().map(of_state).collect();
+    let states: Vec<StateResult> = task.channels.states.iter().enumerate().map(of_state).collect();
     Ok(Measurement {
         bands: task.optics.bands.clone(),
-        glare: glare::ratings(task, &grids),
+        glare: glare::ratings(task, &grids, &states),
         grids,
         states,
         views,
@@ -488,7 +488,7 @@ fn by_path_tracing(task: &Task<'_>, mut record: Record) -> Measurement {
     record.counts.extend([("rays".into(), rays), ("paths_per_sensor".into(), paths)]);
     Measurement {
         bands: task.optics.bands.clone(),
-        glare: glare::ratings(task, &grids),
+        glare: glare::ratings(task, &grids, &states),
         grids,
         states,
         views,

@@ -11,10 +11,10 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::gather::REPLICAS;
 
-/// Degrees of freedom lent by the grid to the noise of a sensor's rays, and to that of the rows. The latter is small
-/// on purpose: row noise of neighbours is correlated, so many sensors do not give many degrees of freedom.
+/// Degrees of freedom lent by the grid to the noise of a sensor's rays, and to that of the rows. The latter is small on
+/// purpose: sensors of a room look at the same elements, and many of them hardly tell more of their noise than one.
 const POOLED_RAYS: f64 = 6.0;
-const POOLED_ROWS: f64 = 3.0;
+const POOLED_ROWS: f64 = 1.0;
 const OWN: f64 = REPLICAS as f64 - 1.0;
 /// Median of a squared standard normal: turns a median of squares into a mean square.
 const MEDIAN_SQUARE: f64 = 0.455;

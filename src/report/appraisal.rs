@@ -8,7 +8,7 @@ use crate::measure::{Appraisal, Judged, Power, RoomSurface};
 
 const REQUIREMENTS: [&str; 8] = ["grid", "state", "quantity", "limit", "found", "found_low", "found_high", "verdict"];
 
-const SURFACES: [&str; 8] = [
+const SURFACES: [&str; 9] = [
     "material",
     "side",
     "area_m2",
@@ -17,6 +17,7 @@ const SURFACES: [&str; 8] = [
     "illuminance_error_lx",
     "luminance_cd_m2",
     "luminance_error_cd_m2",
+    "object",
 ];
 
 fn field(v: f64) -> Result<String> {
@@ -43,13 +44,15 @@ pub(super) fn requirements(a: &Appraisal) -> Result<Vec<u8>> {
     table.finish()
 }
 
-/// `surfaces.csv`: one line per side of each opaque diffuse material that light reaches.
+/// `surfaces.csv`: one line per side of each opaque diffuse material that light reaches, then one for each object of the
+/// drawing with it.
 pub(super) fn surfaces(a: &Appraisal) -> Result<Vec<u8>> {
     let mut table = Table::new(&SURFACES)?;
     for s in &a.surfaces {
         let mut line = vec![s.material.clone(), side(s).to_owned(), field(s.area_m2)?, field(s.modelled_share)?];
         line.extend(fields(s.illuminance_lx)?);
         line.extend(fields(Some(s.luminance_cd_m2))?);
+        line.push(s.object.clone().unwrap_or_default());
         table.line(&line)?;
     }
     table.finish()
@@ -64,6 +67,7 @@ pub(super) fn keys(a: &Appraisal) -> [(&'static str, Value); 3] {
     let surface = |s: &RoomSurface| {
         json!({
             "material": s.material,
+            "object": s.object,
             "side": side(s),
             "area_m2": s.area_m2,
             "modelled_share": s.modelled_share,

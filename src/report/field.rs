@@ -4,8 +4,9 @@ use glam::DVec3;
 
 use super::figure::Axis;
 use super::map::LONG_SIDE;
+use super::units::Units;
 use crate::error::{Error, ErrorKind, Result};
-use crate::measure::{GridResult, Status};
+use crate::measure::{GridResult, SensorResult, Status};
 use crate::scene::{Axes, GridLayout};
 
 /// Least side of a plot, pixels.
@@ -14,7 +15,7 @@ const LEAST_SIDE: usize = 60;
 /// What a cell of a raster holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Cell {
-    /// Illuminance, lx.
+    /// The value.
     Lit(f64),
     /// A sensor that lies on a surface beneath something, or in a solid.
     Covered,
@@ -45,9 +46,9 @@ pub(super) struct Field {
 }
 
 impl Field {
-    pub(super) fn new(grid: &GridResult) -> Result<Self> {
-        let values: Vec<Option<f64>> =
-            grid.sensors.iter().map(|s| (s.status == Status::Ok).then_some(s.xyz[1])).collect();
+    pub(super) fn new(grid: &GridResult, units: Units) -> Result<Self> {
+        let value = |s: &SensorResult| (s.status == Status::Ok).then_some(s.xyz[1] / units.lux());
+        let values: Vec<Option<f64>> = grid.sensors.iter().map(value).collect();
         Self::of(&grid.name, &grid.layout, &values)
     }
 

@@ -6,6 +6,7 @@ use super::figure::{Contents, Figure, hatch};
 use super::isolines::{Pixels, draw_isolines};
 use super::scale::{Scale, three_digits};
 use super::table::Statistics;
+use super::units::Units;
 use crate::error::Result;
 use crate::measure::{GridResult, ViewResult};
 use crate::scene::{Axes, Scene};
@@ -14,10 +15,11 @@ use crate::scene::{Axes, Scene};
 pub(super) const LONG_SIDE: usize = 900;
 
 /// The map of a grid whose sensors lie in a raster.
-pub(super) fn illuminance(scene: &Scene, grid: &GridResult) -> Result<Vec<u8>> {
-    let field = Field::new(grid)?;
+pub(super) fn illuminance(scene: &Scene, grid: &GridResult, units: Units) -> Result<Vec<u8>> {
+    let field = Field::new(grid, units)?;
     let scale = Scale::illuminance(&lit(&field));
-    let words = Words { title: &grid.name, subtitle: &scene.title, notes: &grid_notes(grid), unit: "lx" };
+    let words =
+        Words { title: &grid.name, subtitle: &scene.title, notes: &grid_notes(grid, units), unit: units.name() };
     draw(&field, &scale, &words, scene.axes)
 }
 
@@ -65,19 +67,20 @@ pub(super) fn draw(field: &Field, scale: &Scale, words: &Words<'_>, axes: Axes) 
     figure.canvas.into_png()
 }
 
-fn grid_notes(grid: &GridResult) -> Vec<String> {
+fn grid_notes(grid: &GridResult, units: Units) -> Vec<String> {
     let Some(v) = Statistics::of(grid).values else {
         return vec!["no point of this grid can be lit".into()];
     };
+    let (unit, told) = (units.name(), |lux: f64| three_digits(lux / units.lux()));
     let uniformity = v.uniformity().map_or(String::new(), |u| format!("   U0 {}", three_digits(u)));
     vec![
         format!(
-            "mean {} lx   min {} lx   max {} lx{uniformity}",
-            three_digits(v.mean_lx),
-            three_digits(v.min_lx),
-            three_digits(v.max_lx)
+            "mean {} {unit}   min {} {unit}   max {} {unit}{uniformity}",
+            told(v.mean_lx),
+            told(v.min_lx),
+            told(v.max_lx)
         ),
-        format!("median error ±{} lx (95 %)", three_digits(v.median_error_lx)),
+        format!("median error ±{} {unit} (95 %)", told(v.median_error_lx)),
     ]
 }
 

@@ -17,7 +17,6 @@ mod exr;
 mod field;
 mod figure;
 mod file;
-mod footcandles;
 mod hdr;
 mod isolines;
 mod legend;
@@ -31,6 +30,7 @@ mod scale;
 mod stages;
 mod table;
 mod text;
+mod units;
 
 use std::path::{Path, PathBuf};
 
@@ -42,10 +42,10 @@ pub use annual::write_year;
 pub use annual_json::year_json;
 pub use chart::write_chart;
 pub use curves::{Curve, CurvePanel, Curves, write_curves};
-pub use footcandles::{LUX_PER_FOOTCANDLE, in_footcandles};
 pub use polar::write_polar;
 pub use run_json::run_json;
 pub use stages::write_stages;
+pub use units::{LUX_PER_FOOTCANDLE, Units};
 
 /// How the run came about.
 #[derive(Clone, Debug, Default)]
@@ -73,10 +73,17 @@ pub fn write_text(dir: &Path, name: &str, text: &str) -> Result<PathBuf> {
     Ok(path)
 }
 
+/// What results are written in.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Form {
+    /// Adds the irradiance in each band, where the bands are ranges of wavelengths.
+    pub spectral: bool,
+    /// Unit of illuminances in tables, maps and the record.
+    pub units: Units,
+}
+
 /// Writes everything that the scene asks for into `dir`, which is made if it is missing; answers the files
 /// written, in order.
-///
-/// `spectral` adds the irradiance in each band, where the bands are ranges of wavelengths.
 ///
 /// # Errors
 /// Io with the file's name; internal where a value is not finite or a picture has not its size.
@@ -84,7 +91,7 @@ pub fn write_all(
     dir: &Path,
     scene: &Scene,
     m: &Measurement,
-    spectral: bool,
+    form: Form,
     provenance: &Provenance,
 ) -> Result<Vec<PathBuf>> {
     std::fs::create_dir_all(dir).map_err(|e| Error::io(dir, &e))?;
@@ -92,6 +99,7 @@ pub fn write_all(
     let mut files = Vec::new();
     let mut write = |name: &str, bytes: Vec<u8>| -> Result<()> {
         let path = dir.join(name);
+        let bytes = if name.ends_with(".csv") { form.units.table(bytes)? } else { bytes };
         file::write_whole(&path, &bytes)?;
         files.push(path);
         Ok(())
@@ -110,7 +118,7 @@ pub fn write_all(
     if !scene.modelling.is_empty() {
         write("modelling.csv", modelling::modelling(scene, m)?)?;
     }
-    if spectral && m.bands.is_spectral() {
+    if form.spectral && m.bands.is_spectral() {
         write("irradiance.csv", table::irradiance(m)?)?;
     }
     if let Some(scale) = &m.alpha_opic {
@@ -123,7 +131,7 @@ pub fn write_all(
     for grid in &m.grids {
         let stem = names.claim(&grid.name, &[""]);
         if matches!(grid.layout, GridLayout::Raster { .. }) {
-            write(&format!("{stem}.png"), map::illuminance(scene, grid)?)?;
+            write(&format!("{stem}.png"), map::illuminance(scene, grid, form.units)?)?;
         }
     }
     for result in &m.views {
@@ -134,7 +142,7 @@ pub fn write_all(
         write(&format!("{stem}.png"), png::tone_mapped(scene, result)?)?;
         write(&format!("{stem}{LUMINANCE}.png"), map::luminance(scene, result)?)?;
     }
-    let record = run_json(scene, m, provenance);
+    let record = form.units.record(run_json(scene, m, provenance));
     let mut text =
         serde_json::to_string_pretty(&record).map_err(|e| Error::new(ErrorKind::Internal, format!("run.json: {e}")))?;
     text.push('\n');

@@ -48,9 +48,9 @@ const SUMMARY: [&str; 15] = [
 
 const IRRADIANCE: [&str; 6] = ["grid", "point", "band_lo_nm", "band_hi_nm", "irradiance_W_m2_nm", "error_W_m2_nm"];
 
-const GLARE: [&str; 5] = ["grid", "point", "background_cd_m2", "ugr", "ugr_error"];
+const GLARE: [&str; 6] = ["grid", "point", "background_cd_m2", "ugr", "ugr_error", "state"];
 
-/// `glare.csv`: one line per eye; no rating where no luminaire shines into it.
+/// `glare.csv`: one line per eye, then one per eye in each state of the lights; no rating where no luminaire shines into it.
 pub(super) fn glare(m: &Measurement) -> Result<Vec<u8>> {
     let mut table = Table::new(&GLARE)?;
     for g in &m.glare {
@@ -66,6 +66,7 @@ pub(super) fn glare(m: &Measurement) -> Result<Vec<u8>> {
             background,
             rated(g.ugr.unwrap_or(0.0))?,
             rated(g.error)?,
+            g.state.clone(),
         ])?;
     }
     table.finish()

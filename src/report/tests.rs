@@ -24,7 +24,7 @@ fn provenance() -> Provenance {
 
 fn written(m: &Measurement, spectral: bool) -> (tempfile::TempDir, Vec<String>) {
     let dir = tempfile::tempdir().unwrap();
-    let files = write_all(dir.path(), &scene(), m, spectral, &provenance()).unwrap();
+    let files = write_all(dir.path(), &scene(), m, Form { spectral, units: Units::Lux }, &provenance()).unwrap();
     let name = |p: &PathBuf| p.file_name().unwrap().to_str().unwrap().to_owned();
     let names = files.iter().map(name).collect();
     (dir, names)
@@ -153,7 +153,8 @@ fn nothing_that_is_not_finite_is_written() {
         let mut m = measurement(&three_bands());
         spoil(&mut m);
         let dir = tempfile::tempdir().unwrap();
-        let error = write_all(dir.path(), &scene(), &m, true, &provenance()).unwrap_err();
+        let error =
+            write_all(dir.path(), &scene(), &m, Form { spectral: true, units: Units::Lux }, &provenance()).unwrap_err();
         assert_eq!(error.kind(), ErrorKind::Internal);
         let place = ["point 7", "point 7", "camera", "camera", "band 2"][i];
         assert!(error.to_string().contains(place), "{error}");
@@ -266,7 +267,7 @@ fn every_projection_and_width_makes_a_valid_hdr() {
 #[test]
 fn maps_are_large_enough_to_read_in_every_shape() {
     for (nu, nv, size) in [(16, 24, [3.5, 5.5]), (1, 1, [1.0, 1.0]), (40, 2, [20.0, 0.4])] {
-        let png = map::illuminance(&scene(), &grid("g", nu, nv, size)).unwrap();
+        let png = map::illuminance(&scene(), &grid("g", nu, nv, size), Units::Lux).unwrap();
         let image = image::load_from_memory(&png).unwrap();
         assert!(image.width().max(image.height()) >= 900);
     }
@@ -281,9 +282,9 @@ fn maps_are_large_enough_to_read_in_every_shape() {
 fn maps_of_the_dark_and_of_nothing_are_drawn() {
     let mut dark = grid("dark", 4, 4, [1.0, 1.0]);
     dark.sensors.iter_mut().for_each(|s| s.xyz = [0.0; 3]);
-    map::illuminance(&scene(), &dark).unwrap();
+    map::illuminance(&scene(), &dark, Units::Lux).unwrap();
     dark.sensors.iter_mut().for_each(|s| s.status = Status::Inside);
-    map::illuminance(&scene(), &dark).unwrap();
+    map::illuminance(&scene(), &dark, Units::Lux).unwrap();
     let mut black = view("v", 8, 8, 1);
     black.xyz.fill([0.0; 3]);
     map::luminance(&scene(), &black).unwrap();

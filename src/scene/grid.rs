@@ -9,7 +9,7 @@ use super::{Axes, Face, Grid, GridLayout, Receiver, Sensor, faces, obj, polygon,
 use crate::{Error, Result};
 
 /// Most points of a grid.
-const MOST_POINTS: f64 = 1e7;
+const MOST_POINTS: f64 = 1e6;
 
 /// What a grid may refer to.
 #[derive(Clone, Copy, Debug)]

@@ -49,7 +49,7 @@ pub(crate) struct LuminaireDef {
     /// Electric power of each luminaire, W; that of the file unless given.
     #[serde(rename = "power_W")]
     power_w: Option<At<f64>>,
-    /// General colour rendering index, for requirements.
+    /// General colour rendering index, for requirements; that of the file's lamps unless given.
     ra: Option<At<f64>>,
 }
 
@@ -81,7 +81,7 @@ pub struct LuminaireRow {
     pub group: Option<String>,
     /// Electric power of each, W, where it replaces that of the file.
     pub power_w: Option<f64>,
-    /// General colour rendering index, where it is stated.
+    /// General colour rendering index, where it replaces that of the file.
     pub ra: Option<f64>,
     /// Line of the table in the scene file.
     pub line: usize,

@@ -140,11 +140,6 @@ pub(crate) fn resolve(files: &Files<'_>, file: &SceneFile, states: &[LightState]
                 let message = format!("grid \"{}\" does not measure what is required of it", def.value.name.value);
                 return Err(source.malformed(value.offset, message).mend(format!("add {key} to the grid")));
             }
-            if let Some(name) = state_name.as_ref().filter(|_| quantity == Quantity::Ugr) {
-                return Err(source
-                    .malformed(name.offset, "glare is rated for the scene as it stands, in no other state")
-                    .mend("remove `state`"));
-            }
             all.push(Requirement { grid, state: state(state_name)?, quantity, limit: value.value });
         }
         if let Some(e) = &def.value.emergency {

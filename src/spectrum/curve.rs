@@ -176,8 +176,11 @@ impl Spectrum {
 /// Header of a spectrum file.
 const HEADER: &str = "wavelength_nm,value";
 
-/// Below this the wavelengths are in micrometres or metres.
+/// Below this the wavelengths are in micrometres or metres; above, in nothing that light has.
 const LEAST_NM: f64 = 10.0;
+const MOST_NM: f64 = 1e9;
+/// Magnitudes of values: their products stay numbers in single precision too.
+const MAGNITUDES: std::ops::RangeInclusive<f64> = 1e-15..=1e15;
 
 fn parse(text: &str, beyond: Beyond) -> Result<Spectrum> {
     let mut lines = text.lines().enumerate().map(|(i, line)| (i + 1, line.trim())).filter(|(_, line)| !line.is_empty());
@@ -217,7 +220,11 @@ fn check_point(previous: Option<f64>, nm: f64, value: f64) -> Result<()> {
     if !nm.is_finite() || !value.is_finite() {
         return Err(Error::malformed(format!("the point ({nm} nm, {value}) is not finite")));
     }
-    if nm < LEAST_NM {
+    if value != 0.0 && !MAGNITUDES.contains(&value.abs()) {
+        return Err(Error::malformed(format!("the value {value} is no spectrum's: expected 0, or 1e-15 to 1e15"))
+            .mend("scale the values"));
+    }
+    if !(LEAST_NM..=MOST_NM).contains(&nm) {
         return Err(
             Error::malformed(format!("a wavelength of {nm} nm is out of range")).mend("give wavelengths in nanometres")
         );

@@ -37,6 +37,8 @@ pub(super) struct Visible {
     spare: Vec<Piece>,
     blocker: Vec<DVec3>,
     cone: Vec<DVec3>,
+    /// Planes of the whole cone that is looked at.
+    sides: Vec<DVec3>,
     clipped: Vec<DVec3>,
     sliver: f64,
 }
@@ -61,6 +63,7 @@ impl Visible {
         first.count = 0;
         self.pieces.push(first);
         self.sliver = SLIVER * twice_area(polygon);
+        self.sides.clear();
         for b in blockers {
             let surface = &world.surfaces.list[b as usize];
             if surface.height(x).abs() < 1e-9 {
@@ -70,6 +73,12 @@ impl Visible {
             self.clipped.extend(surface.vertices.iter().map(|v| *v - x));
             above_plane(&self.clipped, above.0, above.1, &mut self.blocker);
             if self.blocker.len() < 3 {
+                continue;
+            }
+            if self.sides.is_empty() {
+                cone_planes(polygon, &mut self.sides);
+            }
+            if outside(&self.blocker, &self.sides) {
                 continue;
             }
             cone_planes(&self.blocker, &mut self.cone);
@@ -130,8 +139,9 @@ impl Visible {
 pub(super) fn cone_planes(polygon: &[DVec3], planes: &mut Vec<DVec3>) {
     planes.clear();
     let middle = polygon.iter().copied().sum::<DVec3>();
-    for (k, a) in polygon.iter().enumerate() {
-        let n = a.cross(polygon[(k + 1) % polygon.len()]);
+    let closing = polygon.last().zip(polygon.first());
+    for (a, b) in polygon.iter().zip(polygon.iter().skip(1)).chain(closing) {
+        let n = a.cross(*b);
         let length = n.length();
         if length > 1e-18 {
             planes.push(n / if n.dot(middle) < 0.0 { -length } else { length });

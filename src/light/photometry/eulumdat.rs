@@ -1,6 +1,6 @@
 //! EULUMDAT (A. Stockmar 1990): the European format, one value a line.
 
-use super::numbers::{check_rising, count, parse as number};
+use super::numbers::{count, parse as number, rising, size_m};
 use super::{Format, Opening, PhotometricType, Photometry, Web};
 use crate::{Error, Result};
 
@@ -39,7 +39,7 @@ impl Lines<'_> {
         if mm < 0.0 {
             return Err(Error::malformed(format!("{what} is {mm} mm")).at_line(line).mend("sizes are zero or more"));
         }
-        Ok(mm / 1000.0)
+        size_m(mm / 1000.0, what).map_err(|e| e.at_line(line))
     }
 
     fn list(&self, from: usize, count: usize, what: &str) -> Result<Vec<f64>> {
@@ -67,8 +67,8 @@ pub(super) fn parse(text: &str) -> Result<Photometry> {
     let g_from = c_from + planes;
     let c_deg = lines.list(c_from, planes, "angles of the C-planes")?;
     let g_deg = lines.list(g_from, angles, "angles in a plane")?;
-    check_rising(&c_deg, "angles of the C-planes").map_err(|e| e.at_line(g_from - 1))?;
-    check_rising(&g_deg, "angles in a plane").map_err(|e| e.at_line(g_from + angles - 1))?;
+    let c_deg = rising(c_deg, "angles of the C-planes").map_err(|e| e.at_line(g_from - 1))?;
+    let g_deg = rising(g_deg, "angles in a plane").map_err(|e| e.at_line(g_from + angles - 1))?;
     let from = g_from + angles;
     let values = lines.list(from, stored.len() * angles, "intensities")?;
     if let Some(k) = values.iter().position(|v| *v < 0.0) {
@@ -89,6 +89,10 @@ pub(super) fn parse(text: &str) -> Result<Photometry> {
     let mut candela: Vec<f64> = values.iter().map(|v| v * factor).collect();
     if isym == 3.0 {
         (planes_deg, candela) = mirrored_to_90_270(&planes_deg, &candela, angles);
+    }
+    if isym == 0.0 && planes_deg[0] == 0.0 && planes_deg[planes - 1] < 360.0 {
+        planes_deg.push(360.0);
+        candela.extend_from_within(..angles);
     }
     check_ends(isym, &planes_deg).map_err(|e| e.at_line(c_from))?;
     let web = Web::new(PhotometricType::C, g_deg, planes_deg, candela).map_err(|e| e.at_line(c_from))?;

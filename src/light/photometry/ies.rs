@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::numbers::{Numbers, check_rising};
+use super::numbers::{Numbers, rising, size_m};
 use super::{Format, Opening, PhotometricType, Photometry, Tilt, Web};
 use crate::{Error, Result};
 
@@ -38,10 +38,10 @@ pub(super) fn parse(text: &str, path: &Path) -> Result<Photometry> {
     };
     let head = head(&mut numbers, year, &mut warnings)?;
     let vertical_deg = numbers.list(head.verticals, "vertical angle")?;
-    check_rising(&vertical_deg, "vertical angles").map_err(|e| e.at_line(numbers.line()))?;
+    let vertical_deg = rising(vertical_deg, "vertical angles").map_err(|e| e.at_line(numbers.line()))?;
     let vertical_line = numbers.line();
     let horizontal_deg = numbers.list(head.horizontals, "horizontal angle")?;
-    check_rising(&horizontal_deg, "horizontal angles").map_err(|e| e.at_line(numbers.line()))?;
+    let horizontal_deg = rising(horizontal_deg, "horizontal angles").map_err(|e| e.at_line(numbers.line()))?;
     let expected = head.verticals * head.horizontals;
     if numbers.left() < expected {
         return Err(Error::malformed(format!(
@@ -110,7 +110,7 @@ fn tilt_table(numbers: &mut Numbers<'_>) -> Result<Tilt> {
     numbers.number("the lamp-to-luminaire geometry of TILT")?;
     let count = numbers.count("the number of TILT angles", MOST_ANGLES)?;
     let angles_deg = numbers.list(count, "TILT angle")?;
-    check_rising(&angles_deg, "TILT angles").map_err(|e| e.at_line(numbers.line()))?;
+    let angles_deg = rising(angles_deg, "TILT angles").map_err(|e| e.at_line(numbers.line()))?;
     let factors = numbers.list(count, "TILT factor")?;
     match factors.iter().find(|f| **f < 0.0) {
         Some(f) => Err(Error::malformed(format!("a TILT factor is {f}"))
@@ -161,11 +161,12 @@ fn head(numbers: &mut Numbers<'_>, year: u16, warnings: &mut Vec<String>) -> Res
         2.0 => 1.0,
         other => return Err(field(numbers, "the units code", other, "1 (feet) or 2 (metres)")),
     };
-    let [width, length, height] = [
-        numbers.number("the luminous width")? * metres,
-        numbers.number("the luminous length")? * metres,
-        numbers.number("the luminous height")? * metres,
-    ];
+    let mut size = |what| {
+        let m = numbers.number(what)? * metres;
+        size_m(m, what).map_err(|e| e.at_line(numbers.line()))
+    };
+    let [width, length, height] =
+        [size("the luminous width")?, size("the luminous length")?, size("the luminous height")?];
     let ballast = positive(numbers, "the ballast factor")?;
     let third = third_factor(numbers, year, warnings)?;
     let power_w = numbers.number("the input watts")?;

@@ -137,7 +137,7 @@ impl Photometry {
     pub fn parse(bytes: &[u8], path: &Path) -> Result<Self> {
         let text = text(bytes);
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
-        if extension == "xml" || text.trim_start().starts_with("<?xml") {
+        if extension == "xml" || (!matches!(&*extension, "ies" | "ldt") && text.trim_start().starts_with("<?xml")) {
             return Err(Error::unsupported("photometric data in XML (TM-33) is not read in this version")
                 .mend("ask for the luminaire's IES or EULUMDAT file")
                 .in_file(path));
@@ -163,6 +163,21 @@ impl Photometry {
     #[must_use]
     pub fn name(&self) -> &str {
         self.label("LUMINAIRE").or_else(|| self.label("LUMCAT")).unwrap_or("luminaire")
+    }
+
+    /// Least general colour rendering index that the file states for its lamps (EULUMDAT's field "colour rendering group /
+    /// colour rendering index", where either stands).
+    #[must_use]
+    pub fn colour_rendering(&self) -> Option<f64> {
+        let text = self.label("CRI").or_else(|| self.label("_CRI"))?.to_ascii_uppercase();
+        let group = text.split_whitespace().collect::<String>();
+        if let Some((_, least)) = RENDERING_GROUPS.iter().find(|(name, _)| *name == group) {
+            return Some(*least);
+        }
+        // "Ra 80", ">80", "80-89", "80/1B": the first number counts.
+        let digits = |c: char| !(c.is_ascii_digit() || c == '.');
+        let index = text.split(digits).find(|w| !w.is_empty())?.parse::<f64>().ok()?;
+        (LEAST_RENDERING..=100.0).contains(&index).then_some(index)
     }
 
     /// Flux out of the luminaire over that of its lamps; `None` in absolute photometry.
@@ -192,6 +207,12 @@ impl Photometry {
         }
     }
 }
+
+/// Groups of colour rendering and the least index of each (DIN 5035; CIE 29.2).
+const RENDERING_GROUPS: [(&str, f64); 8] =
+    [("1A", 90.0), ("1B", 80.0), ("1", 80.0), ("2A", 70.0), ("2B", 60.0), ("2", 60.0), ("3", 40.0), ("4", 20.0)];
+/// Smaller numbers in the same field are groups.
+const LEAST_RENDERING: f64 = 5.0;
 
 /// Share by which candelas and stated lumens may differ before it is told.
 const LUMENS_DIFFER: f64 = 0.05;

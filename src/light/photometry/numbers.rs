@@ -3,7 +3,7 @@
 use crate::{Error, Result};
 
 /// Larger magnitudes are no photometry.
-const LARGEST: f64 = 1e12;
+pub(super) const LARGEST: f64 = 1e12;
 
 /// The numbers of a text, one after another, wherever lines break.
 #[derive(Debug)]
@@ -65,6 +65,17 @@ impl<'a> Numbers<'a> {
     }
 }
 
+/// Larger openings are none, m.
+const LARGEST_OPENING_M: f64 = 1e6;
+
+/// A size of an opening, m.
+pub(super) fn size_m(size_m: f64, what: &str) -> Result<f64> {
+    if size_m.abs() <= LARGEST_OPENING_M {
+        return Ok(size_m);
+    }
+    Err(Error::malformed(format!("{what} is {size_m} m")).mend("correct the size, or its unit"))
+}
+
 /// A finite number; a comma may stand for the decimal point.
 pub(super) fn parse(word: &str, what: &str) -> Result<f64> {
     let number = word.replace(',', ".").parse::<f64>();
@@ -88,9 +99,10 @@ pub(super) fn count(n: f64, what: &str, most: usize) -> Result<usize> {
     Err(Error::malformed(format!("{what} is {n}, not a whole number from 1 to {most}")).mend("correct the count"))
 }
 
-/// Refuses angles that do not rise.
-pub(super) fn check_rising(angles_deg: &[f64], what: &str) -> Result<()> {
-    let Some(w) = angles_deg.windows(2).find(|w| w[1] <= w[0]) else { return Ok(()) };
+/// Angles to six decimals, as they are written again: what is closer is one angle. Refuses those that do not rise.
+pub(super) fn rising(mut angles_deg: Vec<f64>, what: &str) -> Result<Vec<f64>> {
+    angles_deg.iter_mut().for_each(|a| *a = (*a * 1e6).round() / 1e6);
+    let Some(w) = angles_deg.windows(2).find(|w| w[1] <= w[0]) else { return Ok(angles_deg) };
     let message = if w[1] == w[0] {
         format!("{what}: the angle {} stands there twice", w[0])
     } else {

@@ -144,6 +144,36 @@ fn a_tilt_table_is_kept_and_interpolated() {
 }
 
 #[test]
+fn a_circle_of_planes_goes_through_its_seam() {
+    // Planes at 20°, 110°, 200°, 290° hold I = 100 + C; between 290° and 380° the intensity falls from 390 to 120 cd.
+    let round = web(&[20.0, 110.0, 200.0, 290.0], &[0.0, 90.0], |_, c| 100.0 + c);
+    let expected = |c: f64| 390.0 - 270.0 * (c - 290.0) / 90.0;
+    for (c, at) in [(300.0, 300.0), (359.0, 359.0), (0.0, 360.0), (5.0, 365.0), (19.0, 379.0)] {
+        assert!((round.at(45.0, c) - expected(at)).abs() < 1e-9, "C{c}: {}", round.at(45.0, c));
+    }
+    // The mean over the circle is that over the four planes, all sectors being alike: 2π · 255 cd.
+    assert!((round.flux_lm() / (2.0 * PI * 255.0) - 1.0).abs() < 1e-12);
+    let closed = web(&[20.0, 110.0, 200.0, 290.0, 360.0], &[0.0, 90.0], |_, c| 100.0 + c);
+    assert_eq!(closed.at(45.0, 0.0), 460.0, "the plane at 360° stands at 0° too");
+    let again = ies(&to_ies(&Photometry { web: round.clone(), ..ies(SMALL).unwrap() })).unwrap();
+    assert!((again.web.flux_lm() / round.flux_lm() - 1.0).abs() < 1e-8);
+}
+
+#[test]
+fn colour_rendering_is_read_as_an_index_or_a_group() {
+    let of = |text: &str| {
+        ldt(&sample_ldt(0).replace("4000\r\n80\r\n", &format!("4000\r\n{text}\r\n"))).unwrap().colour_rendering()
+    };
+    // Groups count with their least index.
+    for (text, ra) in [("80", 80.0), ("1A", 90.0), ("1 b", 80.0), ("2", 60.0), ("Ra > 97.5", 97.5), ("80-89", 80.0)] {
+        assert_eq!(of(text), Some(ra), "{text}");
+    }
+    for text in ["", "LED", "840", "0"] {
+        assert_eq!(of(text), None, "{text}");
+    }
+}
+
+#[test]
 fn wrong_ies_files_are_refused_with_line_and_mend() {
     let cases = [
         (SMALL.replace("TILT=NONE\n", ""), "lamp.ies:1: there is no line `TILT=`"),

@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 
 use glam::DVec3;
 
-use super::numbers::check_rising;
+use super::numbers::{LARGEST, rising};
 use crate::{Error, Result};
 
 /// The axes of a goniophotometer (IES LM-63; CIE 121).
@@ -99,8 +99,8 @@ impl Web {
         horizontal_deg: Vec<f64>,
         candela: Vec<f64>,
     ) -> Result<Self> {
-        check_rising(&vertical_deg, "vertical angles")?;
-        check_rising(&horizontal_deg, "horizontal angles")?;
+        let vertical_deg = rising(vertical_deg, "vertical angles")?;
+        let horizontal_deg = rising(horizontal_deg, "horizontal angles")?;
         let lowest = if kind == PhotometricType::C { 0.0 } else { -90.0 };
         check_range(&vertical_deg, "vertical", (lowest, lowest + 180.0))?;
         if vertical_deg.len() < 2 || candela.len() != vertical_deg.len() * horizontal_deg.len() {
@@ -111,14 +111,14 @@ impl Web {
                 horizontal_deg.len()
             )));
         }
-        if let Some(k) = candela.iter().position(|i| !(0.0..=f64::MAX).contains(i)) {
+        if let Some(k) = candela.iter().position(|i| !(0.0..=LARGEST).contains(i)) {
             return Err(Error::malformed(format!(
                 "the intensity at vertical {}, horizontal {} degrees is {} cd",
                 vertical_deg[k % vertical_deg.len()],
                 horizontal_deg[k / vertical_deg.len()],
                 candela[k]
             ))
-            .mend("intensities are zero or more: correct the value or the multipliers"));
+            .mend(format!("intensities are zero to {LARGEST:e} cd: correct the value or the multipliers")));
         }
         let symmetry = symmetry(kind, &horizontal_deg)?;
         let mut web = Self { kind, symmetry, vertical_deg, horizontal_deg, candela };
@@ -126,12 +126,28 @@ impl Web {
         Ok(web)
     }
 
-    /// A circle of planes is closed by its first.
+    /// A circle of planes is closed: it goes from 0° to 360°, where the same plane stands again. Where the list has none
+    /// there, it is the one between the last and the first.
     fn close(&mut self) {
-        let last = self.horizontal_deg[self.horizontal_deg.len() - 1];
-        if self.symmetry == Symmetry::None && self.kind == PhotometricType::C && last < 360.0 - SAME_DEG {
-            self.horizontal_deg.push(360.0 + self.horizontal_deg[0]);
-            self.candela.extend_from_within(..self.vertical_deg.len());
+        if self.symmetry != Symmetry::None || self.kind != PhotometricType::C {
+            return;
+        }
+        let (first_deg, last_deg) = (self.horizontal_deg[0], self.horizontal_deg[self.horizontal_deg.len() - 1]);
+        let (starts, ends) = (first_deg < SAME_DEG, last_deg > 360.0 - SAME_DEG);
+        let first = self.plane(0);
+        let seam: Vec<f64> = if starts {
+            first.to_vec()
+        } else {
+            let t = (360.0 - last_deg) / (360.0 + first_deg - last_deg);
+            self.plane(self.horizontal_deg.len() - 1).iter().zip(first).map(|(a, b)| lerp(*a, *b, t)).collect()
+        };
+        if !starts {
+            self.horizontal_deg.insert(0, 0.0);
+            self.candela.splice(0..0, seam.iter().copied());
+        }
+        if !ends {
+            self.horizontal_deg.push(360.0);
+            self.candela.extend(seam);
         }
     }
 
@@ -190,10 +206,11 @@ impl Web {
     #[must_use]
     pub fn towards(&self, d: DVec3) -> f64 {
         let (vertical, horizontal) = match self.kind {
-            PhotometricType::C => {
-                (d.x.hypot(d.y).atan2(-d.z), if self.symmetry == Symmetry::Axial { 0.0 } else { d.y.atan2(d.x) })
-            }
-            PhotometricType::A | PhotometricType::B => (d.x.atan2(d.y.hypot(d.z)), (-d.y).atan2(-d.z)),
+            PhotometricType::C => (
+                (d.x * d.x + d.y * d.y).sqrt().atan2(-d.z),
+                if self.symmetry == Symmetry::Axial { 0.0 } else { d.y.atan2(d.x) },
+            ),
+            PhotometricType::A | PhotometricType::B => (d.x.atan2((d.y * d.y + d.z * d.z).sqrt()), (-d.y).atan2(-d.z)),
         };
         self.at(vertical.to_degrees(), horizontal.to_degrees())
     }
@@ -236,7 +253,6 @@ impl Web {
             Symmetry::Lateral if circle < 90.0 => 180.0 - circle,
             Symmetry::Lateral if circle > 270.0 => 540.0 - circle,
             Symmetry::Lateral => circle,
-            Symmetry::None if circle < self.horizontal_deg[0] => circle + 360.0,
             Symmetry::None => circle,
         }
     }
@@ -292,7 +308,11 @@ fn place(list: &[f64], x: f64) -> Option<(usize, f64)> {
     if x < list[0] - SAME_DEG || x > list[last] + SAME_DEG {
         return None;
     }
-    let k = list.partition_point(|a| *a <= x).clamp(1, last) - 1;
+    // In most lists the angles stand at even steps; where they do not, a search tells.
+    let guess = ((x - list[0]) / (list[last] - list[0]) * last as f64) as usize;
+    let k = guess.min(last - 1);
+    let holds = list[k] <= x && x < list[k + 1];
+    let k = if holds { k } else { list.partition_point(|a| *a <= x).clamp(1, last) - 1 };
     Some((k, ((x - list[k]) / (list[k + 1] - list[k])).clamp(0.0, 1.0)))
 }
 

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use super::numbers::LARGEST;
 use super::{PhotometricType, Photometry, Symmetry};
 use crate::{Error, Result};
 
@@ -95,7 +96,7 @@ const EDGE_DEG: f64 = 0.01;
 /// The luminaire as EULUMDAT.
 ///
 /// # Errors
-/// Photometry of types A and B: the format knows C-planes alone.
+/// Photometry of types A and B: the format knows C-planes alone; lumens of the lamps that the candelas go beyond.
 pub fn to_eulumdat(p: &Photometry) -> Result<String> {
     let web = &p.web;
     if web.kind() != PhotometricType::C {
@@ -112,6 +113,10 @@ pub fn to_eulumdat(p: &Photometry) -> Result<String> {
     let lamps_lm = p.rated_flux_lm.unwrap_or(flux_lm);
     if lamps_lm <= 0.0 {
         return Err(Error::impossible("EULUMDAT scales by lumens, and this luminaire has none").mend("keep it as IES"));
+    }
+    if web.peak().0.max(flux_lm) * 1000.0 / lamps_lm > LARGEST {
+        return Err(Error::impossible(format!("{flux_lm:e} lm cannot be scaled by the {lamps_lm:e} lm of its lamps"))
+            .mend("keep it as IES"));
     }
     let mut lines: Vec<String> = vec![plain(p.label("MANUFAC").unwrap_or(""))];
     let mut add = |value: f64| lines.push(tidy(value).to_string());

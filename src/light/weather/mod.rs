@@ -58,6 +58,8 @@ impl Record {
 const MOST_W_M2: f64 = 1500.0;
 /// Values from here on mean "missing" in both formats.
 const MISSING: f64 = 9990.0;
+/// Standard times lie between these, hours.
+const ZONES_H: std::ops::RangeInclusive<f64> = -14.0..=14.0;
 /// Standard time and longitude never lie further apart, hours.
 const MOST_ZONE_H: f64 = 4.0;
 
@@ -181,6 +183,10 @@ fn check_place(place: Place, utc_offset_h: f64) -> Result<()> {
 
 /// A longitude with the wrong sign puts noon at night: it must fit its time zone.
 pub(crate) fn check_zone(longitude_deg: f64, utc_offset_h: f64) -> Result<()> {
+    if !ZONES_H.contains(&utc_offset_h) {
+        return Err(Error::impossible(format!("no place keeps the time UTC{utc_offset_h:+}"))
+            .mend("a time zone is at most 14 hours from UTC; a meridian at most 210 degrees"));
+    }
     let apart = (longitude_deg / 15.0 - utc_offset_h + 12.0).rem_euclid(24.0) - 12.0;
     if apart.abs() <= MOST_ZONE_H {
         return Ok(());

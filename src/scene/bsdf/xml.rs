@@ -161,11 +161,15 @@ impl File<'_, '_> {
         let text = self.text(block, "ScatteringData")?;
         let wanted = incident.patches().len() * outgoing.patches().len();
         let mut values = Vec::with_capacity(wanted);
-        // A slice of the document: where it lies tells the line of each number.
-        let start = text.as_ptr() as usize - self.document.input_text().as_ptr() as usize;
+        // A slice of the document tells by where it lies the line of each number; a text with entities is none.
+        let whole = self.document.input_text().as_bytes().as_ptr_range();
+        let start = text.as_bytes().as_ptr_range().start as usize;
+        let is_slice = (whole.start as usize..whole.end as usize).contains(&start);
         let words = text.split(|c: char| c == ',' || c.is_whitespace()).filter(|w| !w.is_empty());
         for word in words {
-            let line = || self.line(start + word.as_ptr() as usize - text.as_ptr() as usize);
+            let line = || {
+                self.line(if is_slice { word.as_ptr() as usize - whole.start as usize } else { block.range().start })
+            };
             let value: f64 = word.parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(|| {
                 Error::malformed(format!("{}: `{word}` is not a number", passage.name())).at_line(line())
             })?;
