@@ -129,7 +129,7 @@ fn the_face_is_compared_where_its_reflectance_is_told() {
         ("desk,0,,100,1,,,", "measured.csv:2: point 0 of grid \"desk\" has no luminance_cd_m2"),
         ("desk,0,1.5,100,1,,,", "measured.csv:2: reflectance is 1.5"),
         ("desk,1,grey.csv,100,1,,,", "measured.csv:2: the colour of a face needs the light of every band"),
-        ("desk,0,none.csv,100,1,,,", "none.csv"),
+        ("desk,0,none.csv,100,1,,,", "measured.csv:2: reflectance is \"none.csv\", neither a number nor a file"),
     ] {
         let out = compare(dir.path(), &format!("{heads}{row}\n"), &[]);
         let said = String::from_utf8_lossy(&out.stderr).into_owned();

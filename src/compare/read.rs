@@ -142,7 +142,11 @@ fn readings(row: &Row<'_>, computed: &Computed) -> Result<BTreeMap<&'static str,
         }
         grey * arriving.value / PI
     } else {
-        let curve = Spectrum::from_csv(&row.path.with_file_name(told), Beyond::Hold)?;
+        let file = row.path.with_file_name(told);
+        if !file.exists() {
+            return Err(row.wrong(format!("reflectance is {told:?}, neither a number nor a file beside the table")));
+        }
+        let curve = Spectrum::from_csv(&file, Beyond::Hold)?;
         let Some(bands) = computed.bands.get(&key) else {
             return Err(row
                 .wrong("the colour of a face needs the light of every band".into())

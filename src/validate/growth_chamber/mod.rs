@@ -20,8 +20,8 @@ const ROUGH: f64 = 0.05;
 const MOST_RMS: f64 = 0.08;
 /// Paths of a point where path tracing judges.
 const PATHS: u64 = 1 << 18;
-/// What Radiance leaves in the first band by the same data, everything Lambertian, eight bounces.
-const RADIANCE: &str = "Radiance, 8 bounces, everything Lambertian: 5.7 % in the first band";
+/// What Radiance leaves by the same data.
+const RADIANCE: &str = "Radiance, 8 bounces, everything Lambertian: 5.7 % in 655-665 nm";
 const SOURCE: &str = "measured photon flux densities, growth chamber SEC2 (photon_mapping, MIT)";
 /// The stored outcome, which stands in where the data are not at hand.
 const STORED: &str = "validation/growth-chamber/results.csv";
@@ -148,7 +148,10 @@ fn tables(residuals: &[Residual], sheet: &mut Sheet) {
     let percent = |v: f64| format!("{:.1} %", 100.0 * v);
     let heads = |first: &str| std::iter::once(first.to_owned()).chain(bands.iter().map(|b| (*b).to_owned())).collect();
     let mut fits = Table::new(
-        format!("Growth chamber: RMS left at twelve measured points after one factor for each band ({RADIANCE})"),
+        format!(
+            "Growth chamber: RMS left at twelve measured points after one factor for each band ({RADIANCE}; command and date: \
+                 validation/growth-chamber)"
+        ),
         heads("surfaces that reflect"),
     );
     for reflecting in Reflecting::ALL {
