@@ -37,6 +37,7 @@ fn daytime() -> Daytime {
             longitude_deg: None,
             time: None,
             weather: Some((PathBuf::from("test.wea"), weather())),
+            least_sun_deg: 0.0,
         }),
         spectrum: Spectrum::constant(1.0),
         sun_spectrum: Spectrum::constant(1.0),
@@ -109,6 +110,10 @@ fn in_the_open_every_hour_is_sky_and_sun_as_the_weather_has_them() {
         exact += sun + hour.diffuse_lx;
     }
     assert!((whole / exact - 1.0).abs() < 2e-3, "over the year: {whole} for {exact}");
+    // At equinox the sun is up for half of the day everywhere; what faces south sees it all that time, within two steps of
+    // 5 minutes, refraction and the disc's half.
+    let [_, spring] = [0, 1].map(|i| y.grids[0].metrics.points[i].as_ref().expect("it sees").sunlight_h[1]);
+    assert!((spring - 12.0).abs() < 0.5, "{spring} h");
 }
 
 #[test]

@@ -95,6 +95,8 @@ pub struct PointMetrics {
     /// Hours in which the sun shines on the sensor, as a share of those in which it shines outdoors: of the year, and from
     /// 21 September to 21 March. Blinds open.
     pub probable_sunlight: [f64; 2],
+    /// Hours of possible sunlight on 1 February and on 21 March, blinds open (EN 17037, exposure to sunlight).
+    pub sunlight_h: [f64; 2],
 }
 
 /// Shares of the horizontal illuminance outdoors under the traditional overcast sky.
@@ -156,13 +158,14 @@ pub struct Metrics {
 }
 
 impl Metrics {
-    /// Works out all figures; `overcast` is the light of the overcast sky, by sensor.
+    /// Works out all figures; `overcast` is the light of the overcast sky and `sunlight_h` the hours of possible sunlight, by
+    /// sensor.
     #[must_use]
     pub fn new(
         sensors: &[Sensor],
         status: &[Status],
         series: &Series,
-        overcast: &[Overcast],
+        (overcast, sunlight_h): (&[Overcast], &[[f64; 2]]),
         climate: &Climate,
         occupancy: &Occupancy,
     ) -> Self {
@@ -173,7 +176,7 @@ impl Metrics {
         let daylight = daylight_hours(climate);
         let hours = Hours { present: &present, present_hours, daylight: &daylight };
         let points: Vec<Option<PointMetrics>> = (0..sensors.len())
-            .map(|i| (status[i] == Status::Ok).then(|| point(series, i, &hours, climate, overcast[i])))
+            .map(|i| (status[i] == Status::Ok).then(|| point(series, i, &hours, climate, (overcast[i], sunlight_h[i]))))
             .collect();
         let area = |i: usize| sensors[i].area_m2.unwrap_or(1.0);
         let lit: Vec<(usize, PointMetrics, f64)> =
@@ -225,7 +228,13 @@ fn mean_of(series: &Series, i: usize, hours: &Hours<'_>, of: impl Fn(f64) -> f64
     Figure::of(sums.map(|s| s / n))
 }
 
-fn point(series: &Series, i: usize, hours: &Hours<'_>, climate: &Climate, overcast: Overcast) -> PointMetrics {
+fn point(
+    series: &Series,
+    i: usize,
+    hours: &Hours<'_>,
+    climate: &Climate,
+    (overcast, sunlight_h): (Overcast, [f64; 2]),
+) -> PointMetrics {
     let share = |holds: &dyn Fn(f64) -> bool| mean_of(series, i, hours, |e| f64::from(u8::from(holds(e))));
     let [low, middle, high] = USEFUL_LX;
     let sunlit = |t: &&usize| series.sun_of(i)[**t] >= SUNLIT_LX;
@@ -249,6 +258,7 @@ fn point(series: &Series, i: usize, hours: &Hours<'_>, climate: &Climate, overca
         half_of_daylight_lx: Figure::of(half_of_daylight(series, i, hours.daylight)),
         overcast,
         probable_sunlight: probable_sunlight(series, i, climate),
+        sunlight_h,
     }
 }
 
@@ -337,6 +347,7 @@ fn mean_point(lit: &[(usize, PointMetrics, f64)], area: f64) -> PointMetrics {
             sky_component: mean(&|p| p.overcast.sky_component),
         },
         probable_sunlight: std::array::from_fn(|k| mean(&|p| p.probable_sunlight[k])),
+        sunlight_h: std::array::from_fn(|k| mean(&|p| p.sunlight_h[k])),
     }
 }
 
@@ -432,7 +443,7 @@ mod tests {
             &[sensor],
             &[Status::Ok],
             &series,
-            &[Overcast { daylight_factor: 0.03, sky_component: 0.02 }],
+            (&[Overcast { daylight_factor: 0.03, sky_component: 0.02 }], &[[0.0; 2]]),
             &climate,
             &Occupancy::Daily(8.0, 18.0),
         )

@@ -8,6 +8,7 @@ mod blinds;
 mod climate;
 mod metrics;
 mod series;
+mod sunlight;
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -17,6 +18,8 @@ pub use climate::{CALENDAR_YEAR, Climate, Hour};
 pub use metrics::{Equinox, Figure, GridMetrics, Level, Metrics, Overcast, PointMetrics};
 pub use series::Series;
 use series::{Light, Luminances, Rough};
+pub use sunlight::DAYS as SUNLIGHT_DAYS;
+use sunlight::SunPaths;
 
 use crate::error::{Error, Result};
 use crate::light::sky::Patches;
@@ -104,7 +107,9 @@ pub fn annual(scene: &Scene, options: &AnnualOptions, progress: &dyn Progress) -
     let start = Instant::now();
     progress.stage("hours", 0);
     check_hours(scene, &climate)?;
-    let (grids, closed) = series_of(scene, day, &coefficients, &climate, options.solve.tolerance);
+    let least_sun_deg = day.site.as_ref().map_or(0.0, |s| s.least_sun_deg);
+    let paths = SunPaths::new(place, day.north_deg, least_sun_deg)?;
+    let (grids, closed) = series_of(scene, day, &coefficients, (&climate, &paths), options.solve.tolerance);
     record.timings_s.push(("hours".into(), start.elapsed().as_secs_f64()));
     describe(scene, &climate, &coefficients, &closed, &mut record);
     Ok(Year { weather: weather.name, place, utc_offset_h: weather.utc_offset_h, climate, grids, record })
@@ -123,7 +128,7 @@ fn series_of(
     scene: &Scene,
     day: &Daytime,
     coefficients: &Coefficients,
-    climate: &Climate,
+    (climate, paths): (&Climate, &SunPaths),
     tolerance: f64,
 ) -> (Vec<GridYear>, Vec<usize>) {
     let grids = &coefficients.grids;
@@ -150,7 +155,9 @@ fn series_of(
         let series = light.series(g, &suns[g], &blinds);
         let status: Vec<Status> = (0..grid.sensors.len()).map(|i| grids[g].status(i)).collect();
         let overcast = metrics::overcast(coefficients, g, day.ground_reflectance);
-        let mut metrics = Metrics::new(&grid.sensors, &status, &series, &overcast, climate, &scene.occupancy);
+        let sunlight = paths.hours(coefficients, g, &status);
+        let of_points = (&overcast[..], &sunlight[..]);
+        let mut metrics = Metrics::new(&grid.sensors, &status, &series, of_points, climate, &scene.occupancy);
         if let (Some(of_grid), Some(moments)) = (&mut metrics.grid, equinox.get(g)) {
             of_grid.equinox = Some(metrics::equinox(&grid.sensors, &status, moments));
         }

@@ -9,33 +9,40 @@ use crate::scene::{MaterialKind, Scene};
 ///
 /// Everything after the reader works in units of the scene's own size, about its centre. Single precision is
 /// then safe at any world offset, and no tolerance depends on the unit in which a scene was drawn. Points come to rest on
-/// a lattice of a power of two: the last bits that a far offset leaves of a coordinate then change nothing, where else
-/// they would decide between equals, and a mesh with them.
+/// a lattice from the lowest corner of the scene: the last bits that a far offset or another unit leaves of a coordinate
+/// then change nothing, where else they would decide between equals, and a mesh with them.
 #[derive(Clone, Copy, Debug)]
 pub struct Frame {
     /// Centre of the bounding box, metres.
     pub centre_m: DVec3,
     /// Diagonal of the bounding box, metres.
     pub size_m: f64,
-    lattice_m: f64,
+    low_m: DVec3,
+    cell_m: f64,
+    /// Centre and diagonal in cells of the lattice.
+    centre: DVec3,
+    size: f64,
 }
 
-/// Cells of the lattice along the scene's size, as a power of two: a quarter of a single's own resolution.
-const LATTICE_BITS: f64 = 26.0;
+/// Cells of the lattice along the scene's size: half of a single's own resolution.
+const LATTICE_CELLS: f64 = 33_554_432.0;
+/// Angle by which the lattice may turn a face.
+const LATTICE_TURN: f64 = 1e-6;
 
 impl Frame {
     fn around(points: impl Iterator<Item = DVec3> + Clone) -> Self {
-        let low = points.clone().fold(DVec3::INFINITY, DVec3::min);
-        let high = points.fold(DVec3::NEG_INFINITY, DVec3::max);
-        let lattice_m = ((high - low).length().log2().floor() - LATTICE_BITS).exp2();
-        let [low, high] = [low, high].map(|p| on_lattice(p, lattice_m));
-        Self { centre_m: (low + high) * 0.5, size_m: (high - low).length(), lattice_m }
+        let low_m = points.clone().fold(DVec3::INFINITY, DVec3::min);
+        let high_m = points.fold(DVec3::NEG_INFINITY, DVec3::max);
+        let cell_m = (high_m - low_m).length() / LATTICE_CELLS;
+        let high = ((high_m - low_m) / cell_m).round();
+        let (centre, size) = (0.5 * high, high.length());
+        Self { centre_m: low_m + centre * cell_m, size_m: size * cell_m, low_m, cell_m, centre, size }
     }
 
     /// Scene metres to the program's frame.
     #[must_use]
     pub fn to_local(&self, p: DVec3) -> DVec3 {
-        (on_lattice(p, self.lattice_m) - self.centre_m) / self.size_m
+        (((p - self.low_m) / self.cell_m).round() - self.centre) / self.size
     }
 
     /// The normal of a face from its vertices on the lattice; slivers, which the lattice may turn, keep their own.
@@ -51,13 +58,6 @@ impl Frame {
     pub fn area_m2(&self) -> f64 {
         self.size_m * self.size_m
     }
-}
-
-/// Angle by which the lattice may turn a face.
-const LATTICE_TURN: f64 = 1e-6;
-
-fn on_lattice(p: DVec3, lattice_m: f64) -> DVec3 {
-    (p / lattice_m).round() * lattice_m
 }
 
 /// Distance, in units of the scene's size, below which two things touch.

@@ -25,12 +25,14 @@ type Plain = (&'static str, fn(&PointMetrics) -> f64);
 
 const PLACE: [&str; 10] = ["grid", "point", "x_m", "y_m", "z_m", "nx", "ny", "nz", "area_m2", "status"];
 /// Figures without an error of their own: name, and how to get them.
-pub(super) const OTHERS: [Plain; 5] = [
+pub(super) const OTHERS: [Plain; 7] = [
     ("sunlit_hours", |p| p.sunlit_hours as f64),
     ("daylight_factor_percent", |p| 100.0 * p.overcast.daylight_factor),
     ("sky_component_percent", |p| 100.0 * p.overcast.sky_component),
     ("probable_sunlight_percent", |p| 100.0 * p.probable_sunlight[0]),
     ("probable_sunlight_winter_percent", |p| 100.0 * p.probable_sunlight[1]),
+    ("sunlight_1_february_h", |p| p.sunlight_h[0]),
+    ("sunlight_21_march_h", |p| p.sunlight_h[1]),
 ];
 
 /// Name of a figure's error.

@@ -55,6 +55,8 @@ pub(crate) struct SiteDef {
     time: Option<At<String>>,
     /// EPW or WEA file, for model = "perez".
     weather: Option<At<String>>,
+    /// Altitude from which the sun counts for the sunlight hours of EN 17037, degrees: each country names one. 0 unless given.
+    least_sun_deg: Option<At<f64>>,
 }
 
 /// A sky by name.
@@ -129,6 +131,8 @@ pub struct Site {
     pub time: Option<Placed<ClockTime>>,
     /// The weather file and its bytes.
     pub weather: Option<(PathBuf, Vec<u8>)>,
+    /// Altitude from which the sun counts for hours of possible sunlight, degrees.
+    pub least_sun_deg: f64,
 }
 
 /// Everything that is asked of sky, sun and ground.
@@ -317,7 +321,10 @@ fn site(files: &mut Files<'_>, def: &At<SiteDef>) -> Result<Site> {
         Some(name) => Some((files.path(&name.value), files.read(name)?)),
         None => None,
     };
-    Ok(Site { line: source.line(def.offset), latitude_deg, longitude_deg, time, weather })
+    let least = def.value.least_sun_deg.as_ref();
+    let mend = "degrees above the horizon; EN 17037 names one for each country";
+    let least_sun_deg = least.map_or(Ok(0.0), |v| within(source, v, "least_sun_deg", 0.0, 60.0, mend))?;
+    Ok(Site { line: source.line(def.offset), latitude_deg, longitude_deg, time, weather, least_sun_deg })
 }
 
 /// A date with time and zone (RFC 3339).

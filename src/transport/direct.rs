@@ -29,6 +29,8 @@ const MANY_LUMINAIRES: usize = 6;
 const MAJOR: f64 = 0.15;
 /// Surfaces that together hide a lamp, at most, where more than that stand in the way.
 const MAX_LOOKS: usize = 8;
+/// Surfaces that are remembered to hide a lamp, at most.
+const MAX_HIDERS: usize = 4;
 /// Visible share of a lamp that is rounding.
 const SLIVER: f64 = 1e-11;
 /// Shadow rays: a first look, and all of them where that look sees a penumbra.
@@ -54,6 +56,10 @@ pub struct DirectScratch {
     draw: Vec<f64>,
     /// Places of a set.
     places: usize,
+    /// What hid each source whole from the last place of the element that looked at it; nothing where it was seen.
+    hiders: Vec<Vec<u32>>,
+    /// The source that is looked at from a place of an element.
+    looked_at: Option<usize>,
     /// Shadow rays cast.
     pub rays: u64,
     /// Exact factors worked out.
@@ -143,6 +149,23 @@ impl DirectScratch {
         self.every.clear();
         self.every.extend(light.iter().map(|l| if *l > 0.0 { (every * turns(*l)).min(places) } else { 0 }));
         self.places = places;
+        self.hiders.iter_mut().for_each(Vec::clear);
+        self.hiders.resize_with(light.len(), Vec::new);
+    }
+
+    /// Does what hid the source at work from another place of the element hide all of `polygon` from this one too?
+    pub(super) fn hidden_again(&mut self, world: &World, x: DVec3, between: (DVec3, f64)) -> bool {
+        let Some(hiders) = self.looked_at.map(|k| &self.hiders[k]).filter(|h| !h.is_empty()) else { return false };
+        self.visible.clip(world, x, between, &self.polygon, hiders.iter().copied()) && self.visible.pieces.is_empty()
+    }
+
+    /// Remembers, for other places of the element, the few surfaces that left nothing of the source in the last clipping.
+    pub(super) fn remember(&mut self) {
+        let Some(k) = self.looked_at else { return };
+        self.hiders[k].clear();
+        if self.visible.pieces.is_empty() && self.visible.cutters.len() <= MAX_HIDERS {
+            self.hiders[k].extend_from_slice(&self.visible.cutters);
+        }
     }
 }
 
@@ -226,10 +249,12 @@ fn add_source(
     out: &mut [f64],
 ) {
     let sample = sample ^ ((k as u64) << 32);
+    scratch.looked_at = scratch.at_places().then_some(k);
     let (group, light) = match source(world, k) {
         Source::Side(e) => (e.group, visible_factor(world, e, x, normal, sample, scratch)),
         Source::Hung(l) => (l.group, luminaire_lx(world, l, x, normal, sample, scratch)),
     };
+    scratch.looked_at = None;
     out[group] += times * light;
 }
 
@@ -301,14 +326,18 @@ pub fn visible_factor(
         return 0.0;
     }
     s.factors += 1;
+    // Only what lies between the point and the emitter's plane can block.
+    let between = (emitter.normal, -height * (1.0 - 1e-9));
+    if s.hidden_again(world, x, between) {
+        return 0.0;
+    }
     cone_planes(&s.polygon, &mut s.planes);
     let ceiling = (emitter.normal, emitter.normal.dot(emitter.vertices[0]));
     let all = s.planes.len() <= 15 && world.caster.in_cone(x, &s.planes, ceiling, MAX_BLOCKERS, &mut s.blockers);
     let few = all && !s.blockers.iter().any(|b| world.kind(*b) == Kind::Glass);
-    // Only what lies between the point and the emitter's plane can block.
-    let between = (emitter.normal, -height * (1.0 - 1e-9));
     let blockers = s.blockers.iter().copied().filter(|b| *b as usize != emitter.surface);
     if few && s.visible.clip(world, x, between, &s.polygon, blockers) {
+        s.remember();
         let seen: f64 = s.visible.pieces.iter().map(|p| configuration_factor(&p.polygon, normal)).sum();
         // Rounding leaves slivers of a lamp that is hidden: a trace of light in a dark room.
         let is_sliver = seen < 1e-9 && seen < SLIVER * configuration_factor(&s.polygon, normal);

@@ -87,6 +87,11 @@ fn from_face(
     if s.polygon.len() < 3 {
         return 0.0;
     }
+    // Only what lies between the point and the face's plane can block.
+    let between = (emitter, -height * (1.0 - 1e-9));
+    if s.hidden_again(world, x, between) {
+        return 0.0;
+    }
     cone_planes(&s.polygon, &mut s.planes);
     let ceiling = (emitter, emitter.dot(face.surface.vertices[0]));
     let all = s.planes.len() <= 15 && world.caster.in_cone(x, &s.planes, ceiling, MAX_BLOCKERS, &mut s.blockers);
@@ -99,9 +104,8 @@ fn from_face(
     }
     s.factors += 1;
     let close = if s.at_places() { COARSE } else { FINE };
-    // Only what lies between the point and the face's plane can block.
-    let between = (emitter, -height * (1.0 - 1e-9));
     if few && s.visible.clip(world, x, between, &s.polygon, s.blockers.iter().copied()) {
+        s.remember();
         return s.visible.pieces.iter().map(|p| light_of(l, &p.polygon, normal, close, MAX_HALVINGS)).sum();
     }
     let whole = light_of(l, &s.polygon, normal, close, MAX_HALVINGS);

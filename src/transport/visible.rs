@@ -41,6 +41,8 @@ pub(super) struct Visible {
     sides: Vec<DVec3>,
     clipped: Vec<DVec3>,
     sliver: f64,
+    /// What took something out of the pieces, in that order.
+    pub(super) cutters: Vec<u32>,
 }
 
 impl Visible {
@@ -64,6 +66,7 @@ impl Visible {
         self.pieces.push(first);
         self.sliver = SLIVER * twice_area(polygon);
         self.sides.clear();
+        self.cutters.clear();
         for b in blockers {
             let surface = &world.surfaces.list[b as usize];
             if surface.height(x).abs() < 1e-9 {
@@ -83,7 +86,9 @@ impl Visible {
             }
             cone_planes(&self.blocker, &mut self.cone);
             let pane = (world.kind(b) == Kind::Glass).then_some(b);
-            self.subtract(pane);
+            if self.subtract(pane) {
+                self.cutters.push(b);
+            }
             if self.pieces.is_empty() {
                 return true;
             }
@@ -94,17 +99,19 @@ impl Visible {
         true
     }
 
-    /// Takes the cone of one blocker out of all pieces; a pane keeps what is behind it.
-    fn subtract(&mut self, pane: Option<u32>) {
+    /// Takes the cone of one blocker out of all pieces; a pane keeps what is behind it. Tells whether it met any.
+    fn subtract(&mut self, pane: Option<u32>) -> bool {
         if self.cone.len() < 3 {
-            return;
+            return false;
         }
+        let mut met = false;
         self.next.clear();
         while let Some(mut piece) = self.pieces.pop() {
             if outside(&piece.polygon, &self.cone) {
                 self.next.push(piece);
                 continue;
             }
+            met = true;
             for n in &self.cone {
                 if piece.polygon.iter().all(|p| n.dot(*p) > 0.0) {
                     continue;
@@ -132,6 +139,7 @@ impl Visible {
             }
         }
         std::mem::swap(&mut self.pieces, &mut self.next);
+        met
     }
 }
 

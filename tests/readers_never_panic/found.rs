@@ -1,13 +1,19 @@
 //! Files that once broke a reader, and what is right for them.
 
 /// Reader, file, and is it to be accepted?
-pub(crate) const FOUND: [(&str, &[u8], bool); 8] = [
+pub(crate) const FOUND: [(&str, &[u8], bool); 9] = [
     // Angles so close that a slope between them is no number: they are one angle.
     ("ies", b"TILT=NONE\n1 1000 1 3 1 2 1 0 0 0\n1 1 50\n-90 0 1e-308\n0 45\n0 9 0\n0 7 0\n", false),
     // Planes all round with a wide last step: written as EULUMDAT they end before 360°.
     (
         "ies",
         b"TILT=NONE\n1 -1 2 2 5 1 2 0.1 1.2 0.05\n1 1 20\n0 90\n0 90 180 240 360\n9 5\n9 6\n9 5\n9 6\n9 5\n",
+        true,
+    ),
+    // A maker called TILT=NONE, after what is blank in EULUMDAT: the file that is written from it is one all the same.
+    (
+        "ies",
+        b"[MANUFAC] \0TILT=NONE\nTILT=NONE\n1 1000 1 2 1 1 2 0.1 0.1 0\n1 1 9\n0 90\n0\n9 0\n",
         true,
     ),
     // More candelas than a file can hold.

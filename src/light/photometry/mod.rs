@@ -118,7 +118,7 @@ pub struct Photometry {
 }
 
 impl Photometry {
-    /// Reads a photometric file; its format is told by what is in it.
+    /// Reads a photometric file; its format is told by the ending of its name, `.ies` or `.ldt`, else by what is in it.
     ///
     /// # Errors
     /// A file that cannot be read, or is neither LM-63 nor EULUMDAT, or is malformed: with line and mend.
@@ -142,7 +142,8 @@ impl Photometry {
                 .mend("ask for the luminaire's IES or EULUMDAT file")
                 .in_file(path));
         }
-        let photometry = if extension == "ies" || ies::tilt_line(&text).is_some() {
+        // A maker may be called `TILT=`: the ending of the name decides where it says what the file is.
+        let photometry = if extension == "ies" || (extension != "ldt" && ies::tilt_line(&text).is_some()) {
             ies::parse(&text, path)
         } else {
             eulumdat::parse(&text)
