@@ -96,3 +96,44 @@ fn what_cannot_be_compared_is_told_with_its_line() {
         assert!(said.contains(told), "{said:?} lacks {told:?}");
     }
 }
+
+#[test]
+fn the_face_is_compared_where_its_reflectance_is_told() {
+    let dir = tempfile::tempdir().unwrap();
+    result(dir.path());
+    // 300 lx at point 0, of equal energy from 380 to 780 nm.
+    let mut bands = "grid,point,band_lo_nm,band_hi_nm,irradiance_W_m2_nm,error_W_m2_nm\n".to_owned();
+    for lo in (380..780).step_by(20) {
+        let _ = writeln!(bands, "desk,0,{lo},{},0.02,0.0001", lo + 20);
+    }
+    std::fs::write(dir.path().join("irradiance.csv"), bands).unwrap();
+    std::fs::write(dir.path().join("grey.csv"), "wavelength_nm,value\n400,0.5\n700,0.5\n").unwrap();
+    let heads = "grid,point,reflectance,luminance_cd_m2,uncertainty_cd_m2,cie_x,cie_y,uncertainty_xy\n";
+    let luminance = 0.5 * computed(0) / std::f64::consts::PI;
+    for (reflectance, x) in [("grey.csv", 1.0 / 3.0), ("0.5", 0.45)] {
+        let text = format!("{heads}desk,0,{reflectance},{luminance},1,{x},{x},0.01\n");
+        let out = compare(dir.path(), &text, &["--json"]);
+        let told: serde_json::Value = serde_json::from_slice(&out.stdout).unwrap();
+        let names: Vec<&str> =
+            told["comparisons"].as_array().unwrap().iter().map(|c| c["quantity"].as_str().unwrap()).collect();
+        assert_eq!(names, ["luminance", "cie_x", "cie_y"]);
+        let of = |k: usize, field: &str| told["comparisons"][k][field].as_f64().unwrap();
+        assert!(of(0, "rms") < 1e-9, "L = ρ E / π: {}", of(0, "rms"));
+        // A spectrum tells the colour of the face (white under equal energy), a number leaves that of the light.
+        assert!(of(1, "rms") < 1e-4, "{reflectance}: {}", of(1, "rms"));
+        assert!(
+            (told["comparisons"][0]["pairs"][0]["computed"]["error"].as_f64().unwrap() / luminance - 0.01).abs() < 1e-9
+        );
+    }
+    for (row, told) in [
+        ("desk,0,,100,1,,,", "measured.csv:2: point 0 of grid \"desk\" has no luminance_cd_m2"),
+        ("desk,0,1.5,100,1,,,", "measured.csv:2: reflectance is 1.5"),
+        ("desk,1,grey.csv,100,1,,,", "measured.csv:2: the colour of a face needs the light of every band"),
+        ("desk,0,none.csv,100,1,,,", "measured.csv:2: reflectance is \"none.csv\", neither a number nor a file"),
+    ] {
+        let out = compare(dir.path(), &format!("{heads}{row}\n"), &[]);
+        let said = String::from_utf8_lossy(&out.stderr).into_owned();
+        assert_eq!(out.status.code(), Some(2), "{said}");
+        assert!(said.contains(told), "{said:?} lacks {told:?}");
+    }
+}

@@ -3,7 +3,7 @@
 mod common;
 
 use clerestory::measure::{GridResult, Measurement};
-use clerestory::scene::Scene;
+use clerestory::scene::{Face, Scene};
 use clerestory::spectrum::BandMode;
 use common::{
     Build, Cover, assert_near, assert_ratio, at, cube, diffuse, furnished, lit, lux, only, painted, rgb, solve, within,
@@ -26,7 +26,7 @@ fn moved(scene: &Scene, point: impl Fn(DVec3) -> DVec3, direction: impl Fn(DVec3
     let mut scene = scene.clone();
     for f in &mut scene.faces {
         let vertices: Vec<DVec3> = f.vertices.iter().map(|p| point(*p)).collect();
-        *f = common::face(&vertices, f.material);
+        *f = Face::new(&vertices, f.material);
     }
     for s in scene.grids.iter_mut().flat_map(|g| &mut g.sensors) {
         (s.position, s.normal) = (point(s.position), direction(s.normal));

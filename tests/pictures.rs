@@ -25,8 +25,6 @@ fn look(b: &mut Build, pixels: (usize, usize)) {
 fn agree(b: &Build) {
     let (a, t) = (solve(&b.0, &within(0.05)), solve(&b.0, &paths(2048)));
     let (a, t) = (&a.views[0], &t.views[0]);
-    // Pixels of 3 cm and more see no finer than that; a wider statement would hold anything.
-    assert!(a.error_p95 < 0.2, "stated: {} of the light", a.error_p95);
     let allowed = a.error_p95.hypot(t.error_p95);
     let y = |v: &[[f32; 3]]| v.iter().map(|p| f64::from(p[1])).collect::<Vec<f64>>();
     let (a, t) = (y(&a.xyz), y(&t.xyz));
@@ -37,6 +35,12 @@ fn agree(b: &Build) {
     let n = off.len() as f64;
     let least = 0.95 * n - 3.0 * (0.95 * 0.05 * n).sqrt();
     assert!(inside as f64 >= least, "{inside} of {n} pixels within {allowed}");
+    // A wider statement would hold anything. Eight times the median error is the most that a statement may say (the coverage
+    // suite's limit); of a normal error it says 1.96 / 0.674 = 2.9 times, and once what 95 % of the errors keep.
+    let mut sorted = off.clone();
+    sorted.sort_by(f64::total_cmp);
+    let true_p95 = sorted[(0.95 * n) as usize];
+    assert!(allowed <= 8.0 / (1.96 / 0.674) * true_p95, "stated {allowed}, true {true_p95}");
     let (sum, exact) = (a.iter().sum::<f64>(), t.iter().sum::<f64>());
     assert!((sum / exact - 1.0).abs() < 0.01, "mean luminance {} of the traced one", sum / exact);
 }

@@ -165,9 +165,11 @@ fn illuminants_have_their_chromaticity_temperature_rendering_and_action() {
         compared += check(case, fields, "CCT_K", cct.kelvin, 2e-8 * cct.kelvin);
         compared += check(case, fields, "Duv", cct.duv, 0.0);
         let rendering = colour::rendering(&light).unwrap();
-        // CIE 13.3 leaves open how the reference light is rounded and its temperature found, and asks for whole
-        // numbers: the table was made another way, which moves a mean of eight differences by 0.009 and a single
-        // saturated red by 0.05 at most.
+        // CIE 13.3 sums at 5 nm from 380 to 780 nm, and so do we: those sums are held to 1e-6 by `validate colour`. The
+        // table was made another way, found out in full (its digits come back to 3e-7 so): lamp and samples go to 1 nm by
+        // Sprague's interpolation (0.008 in Ra, 0.03 in R9), the sums begin at 360 nm, with samples that are tabulated
+        // from there and lamps held at their value of 380 nm (0.007 and 0.03), temperatures are Robertson's of 1968 (0.004
+        // and 0.02), the factors of daylight are rounded to three decimals (0.001 and 0.01).
         compared += check(case, fields, "Ra", rendering.ra, 0.01);
         compared += check(case, fields, "R9", rendering.special[8], 0.06);
         all_compared(case, fields, 0, compared);

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 
 use clerestory::light::{above_plane, configuration_factor};
 use clerestory::mesh::PatchMesh;
-use clerestory::scene::Scene;
+use clerestory::scene::{Face, Scene};
 use clerestory::transport::World;
 use clerestory::transport::form_factor::{Analytic, Work, exchange_area};
 use common::{Build, at, diffuse};
@@ -58,11 +58,11 @@ fn polygon(v: &Value) -> Vec<DVec3> {
 }
 
 fn normal(p: &[DVec3]) -> DVec3 {
-    common::face(p, 0).normal
+    Face::new(p, 0).normal
 }
 
 fn area(p: &[DVec3]) -> f64 {
-    common::face(p, 0).area_m2
+    Face::new(p, 0).area_m2
 }
 
 /// `F_12` of two polygons that nothing stands between.

@@ -114,10 +114,12 @@ fn cut_list(design: &Design) -> String {
 
 /// What to fill in: `clerestory compare` is to read it; the point counts from 0.
 fn sheet(design: &Design) -> String {
-    let mut text = "grid,point,surface,x_m,y_m,z_m,illuminance_lx,uncertainty_lx\n".to_owned();
+    let mut text = "grid,point,surface,x_m,y_m,z_m,reflectance,illuminance_lx,uncertainty_lx,luminance_cd_m2,\
+                    uncertainty_cd_m2,cie_x,cie_y,uncertainty_xy\n"
+        .to_owned();
     for (k, (surface, p, _)) in design.points().iter().enumerate() {
         let place = [p.x, p.y, p.z].map(|v| format!("{v:.4}")).join(",");
-        let _ = writeln!(text, "points,{k},{surface},{place},,");
+        let _ = writeln!(text, "points,{k},{surface},{place},white.csv,,,,,,,");
     }
     text
 }

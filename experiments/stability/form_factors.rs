@@ -3,13 +3,14 @@
 use std::f64::consts::{PI, TAU};
 
 use clerestory::mesh::PatchMesh;
+use clerestory::scene::Face;
 use clerestory::transport::form_factor::{Analytic, Hemicube, Work, exchange_area};
 use clerestory::transport::points::Points;
 use clerestory::transport::{DirectScratch, World, direct};
 use glam::DVec3;
 
 use super::Table;
-use super::common::{self, Build, at, diffuse, lit};
+use super::common::{Build, at, diffuse, lit};
 use super::tools::{irradiance, mean_over, square};
 
 const POSES: u32 = 200;
@@ -39,14 +40,14 @@ fn centre(polygon: &[DVec3]) -> DVec3 {
 
 /// `cos cos A / (π r²)` from middle to middle, and the same with the disc's area added to the denominator.
 fn points(a: &[DVec3], b: &[DVec3]) -> [f64; 2] {
-    let [fa, fb] = [a, b].map(|p| common::face(p, 0));
+    let [fa, fb] = [a, b].map(|p| Face::new(p, 0));
     let d = centre(b) - centre(a);
     let cosines = fa.normal.dot(d).max(0.0) * (-fb.normal.dot(d)).max(0.0) / d.length_squared();
     [0.0, fb.area_m2].map(|disc| cosines * fb.area_m2 / (PI * d.length_squared() + disc))
 }
 
 fn contour(a: &[DVec3], b: &[DVec3]) -> f64 {
-    let [fa, fb] = [a, b].map(|p| common::face(p, 0));
+    let [fa, fb] = [a, b].map(|p| Face::new(p, 0));
     exchange_area(a, fa.normal, b, fb.normal) / fa.area_m2
 }
 
@@ -56,7 +57,7 @@ fn as_lamp(a: &[DVec3], b: &[DVec3]) -> f64 {
     let (black, lamp) = (build.material(diffuse("black", 0.0)), build.material(lit(diffuse("lamp", 0.0), 1.0)));
     build.face(a, black).face(b, lamp);
     let world = World::new(&build.0);
-    let normal = common::face(a, 0).normal;
+    let normal = Face::new(a, 0).normal;
     let mut scratch = DirectScratch::default();
     mean_over(a, 60, |x| {
         let mut factors = [0.0];

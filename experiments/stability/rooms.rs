@@ -3,7 +3,7 @@
 use clerestory::measure::{Method, SolveOptions};
 use glam::DVec3;
 
-use super::common::{Build, at, diffuse, lit, lux, only, solve, within};
+use super::common::{Build, at, diffuse, joined_by_a_hole, lit, lux, only, solve, within};
 use super::{Outcome, Table};
 
 pub(super) fn run(out: &mut Table) -> Outcome<()> {
@@ -47,7 +47,7 @@ fn plates(out: &mut Table) {
 /// Two cubes of reflectance 0.9 joined by a hole: the dark one against the full matrix, and what was stated.
 fn pinhole(out: &mut Table) {
     for side in [0.1, 0.03, 0.01] {
-        let mut b = Build::joined_by_a_hole(0.9, side);
+        let mut b = joined_by_a_hole(0.9, side);
         b.level("behind", at(1.2, 0.2, 0.5), at(1.8, 0.8, 0.5), 2);
         let exact = lux(&solve(&b.0, &classic(Method::FullMatrix, 6)));
         let runs = [

@@ -266,9 +266,12 @@ struct ChartArgs {
 #[derive(Args, Debug)]
 struct ValidateArgs {
     /// Suites to run [default: all]: form-factors, radiosity, energy, stability, colour, sky, cie-171, luminaires,
-    /// cornell, ferren, coverage.
+    /// cornell, ferren, growth-chamber, coverage.
     #[arg(value_name = "SUITE")]
     suites: Vec<String>,
+    /// Folder of the measured room's data, which growth-chamber needs and is skipped without.
+    #[arg(long, value_name = "DIR")]
+    data: Option<PathBuf>,
     /// Folder for the report: index.html, validation.csv, validation.json, VALIDATION.md [default: ./out/validate].
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -288,8 +291,10 @@ struct ValidateArgs {
 struct CompareArgs {
     /// The folder that `solve` wrote, or its illuminance.csv.
     result: PathBuf,
-    /// Measured values: a CSV with the columns grid and point, illuminance_lx with uncertainty_lx, or cie_x and cie_y
-    /// with uncertainty_xy (uncertainties at 95 %). Empty fields were not measured; other columns are left alone.
+    /// Measured values: a CSV with the columns grid and point; illuminance_lx with uncertainty_lx, luminance_cd_m2 with
+    /// uncertainty_cd_m2, or cie_x and cie_y with uncertainty_xy (uncertainties at 95 %). Luminance needs a column
+    /// reflectance: a number, or a file of a spectrum beside the table; with a spectrum cie_x and cie_y are those of the
+    /// face, by the bands of solve --spectral. Empty fields were not measured; other columns are left alone.
     #[arg(long, value_name = "FILE")]
     measured: PathBuf,
     /// Folder for compare.csv and compare.svg [default: none are written].

@@ -14,9 +14,13 @@ const EXIT_FAILED: u8 = 1;
 /// Runs the suites, writes the report, and says what came out.
 pub(super) fn run(args: &ValidateArgs) -> Result<ExitCode> {
     let pool = super::pool(args.threads)?;
+    let mut references = References::default();
+    if let Some(folder) = &args.data {
+        references = references.with_measured(folder);
+    }
     let suites = {
         let progress = progress::progress(args.quiet);
-        pool.install(|| validate::run(&args.suites, &References::default(), &*progress))?
+        pool.install(|| validate::run(&args.suites, &references, &*progress))?
     };
     let folder = args.out.clone().unwrap_or_else(|| Path::new("out").join("validate"));
     // Without a folder, JSON is wanted alone.
@@ -36,7 +40,13 @@ fn summary(suites: &[Suite], files: &[PathBuf]) -> String {
     // Writing to a string cannot fail.
     let _ = writeln!(text, "{:<14} {:>6} {:>7} {:>8}", "suite", "cases", "failed", "seconds");
     for s in suites {
-        let _ = writeln!(text, "{:<14} {:>6} {:>7} {:>8.1}", s.name, s.cases.len(), s.failures().count(), s.seconds);
+        match s.skipped {
+            Some(why) => _ = writeln!(text, "{:<14} skipped: {why}", s.name),
+            None => {
+                let failed = s.failures().count();
+                let _ = writeln!(text, "{:<14} {:>6} {failed:>7} {:>8.1}", s.name, s.cases.len(), s.seconds);
+            }
+        }
     }
     for (s, c) in suites.iter().flat_map(|s| s.failures().map(move |c| (s, c))) {
         let _ = writeln!(

@@ -1,14 +1,17 @@
 //! A result against measured values at its points.
 //!
-//! In: the `illuminance.csv` of a run and a table of measured values with their uncertainties. Out: [`Comparison`]s, one
+//! In: the `illuminance.csv` of a run, its `irradiance.csv` where faces have a colour, and a table of measured values with
+//! their uncertainties. Out: [`Comparison`]s, one
 //! for each quantity that was measured.
 
 mod chart;
+mod face;
 mod read;
 
 use serde::Serialize;
 
 pub use chart::svg;
+pub use face::{BandIrradiance, face_xyz};
 pub use read::{Computed, measured, result};
 
 /// What can be measured at a point.
@@ -17,21 +20,24 @@ pub use read::{Computed, measured, result};
 pub enum Quantity {
     /// Illuminance, lx.
     Illuminance,
-    /// Chromaticity x (CIE 1931).
+    /// Luminance of the face at the point, cd/m².
+    Luminance,
+    /// Chromaticity x (CIE 1931), of the face where its reflectance is told, of the light that arrives otherwise.
     CieX,
-    /// Chromaticity y (CIE 1931).
+    /// Chromaticity y (CIE 1931), likewise.
     CieY,
 }
 
 impl Quantity {
     /// All of them, in the order of the report.
-    pub const ALL: [Self; 3] = [Self::Illuminance, Self::CieX, Self::CieY];
+    pub const ALL: [Self; 4] = [Self::Illuminance, Self::Luminance, Self::CieX, Self::CieY];
 
     /// The column that holds it, in the result as in the measured table.
     #[must_use]
     pub fn column(self) -> &'static str {
         match self {
             Self::Illuminance => "illuminance_lx",
+            Self::Luminance => "luminance_cd_m2",
             Self::CieX => "cie_x",
             Self::CieY => "cie_y",
         }
@@ -42,6 +48,7 @@ impl Quantity {
     pub fn uncertainty_column(self) -> &'static str {
         match self {
             Self::Illuminance => "uncertainty_lx",
+            Self::Luminance => "uncertainty_cd_m2",
             Self::CieX | Self::CieY => "uncertainty_xy",
         }
     }
@@ -49,7 +56,7 @@ impl Quantity {
     /// Are differences told as shares of the measured value?
     #[must_use]
     pub fn is_relative(self) -> bool {
-        self == Self::Illuminance
+        matches!(self, Self::Illuminance | Self::Luminance)
     }
 }
 
@@ -82,7 +89,7 @@ pub struct Comparison {
     pub quantity: Quantity,
     /// Number of points.
     pub points: usize,
-    /// Mean of computed less measured; of the illuminance as a share of the measured value.
+    /// Mean of computed less measured; of illuminance and luminance as a share of the measured value.
     pub bias: f64,
     /// Root of the mean square of the same.
     pub rms: f64,

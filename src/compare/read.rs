@@ -1,13 +1,23 @@
 //! Reads results and measured values.
 
 use std::collections::BTreeMap;
+use std::f64::consts::PI;
 use std::path::Path;
 
-use super::{Comparison, Pair, Quantity, Reading};
+use super::{BandIrradiance, Comparison, Pair, Quantity, Reading, face_xyz};
+use crate::spectrum::{Beyond, Spectrum, colour};
 use crate::{Error, Result};
 
-/// Computed readings by grid and point.
-pub type Computed = BTreeMap<(String, usize), BTreeMap<&'static str, Reading>>;
+/// Name of the grid and number of the point in it.
+type Key = (String, usize);
+
+/// What a run computed.
+#[derive(Clone, Debug, Default)]
+pub struct Computed {
+    points: BTreeMap<Key, BTreeMap<&'static str, Reading>>,
+    /// Empty unless the run was asked for every band.
+    bands: BTreeMap<Key, Vec<BandIrradiance>>,
+}
 
 /// A table with the places of its columns.
 struct Table {
@@ -53,7 +63,7 @@ impl Row<'_> {
         }
     }
 
-    fn key(&self) -> Result<(String, usize)> {
+    fn key(&self) -> Result<Key> {
         let grid = self.text("grid").ok_or_else(|| self.wrong("no grid is named".into()))?;
         let point = self.text("point").unwrap_or_default();
         let number = point.parse().map_err(|_| self.wrong(format!("point is {point:?}, expected a number from 0")))?;
@@ -81,26 +91,78 @@ fn rows(path: &Path, wanted: &[&str], mut each: impl FnMut(&Row<'_>) -> Result<(
     Ok(())
 }
 
-/// The readings of `illuminance.csv`, or of the folder that holds it.
+/// The readings of `illuminance.csv`, or of the folder that holds it; also of `irradiance.csv`, if it stands beside.
 ///
 /// # Errors
 /// Io where it cannot be read, malformed with file and line where it is no such table.
 pub fn result(path: &Path) -> Result<Computed> {
     let path = if path.is_dir() { path.join("illuminance.csv") } else { path.to_path_buf() };
-    let mut computed = Computed::new();
+    let mut computed = Computed::default();
     rows(&path, &["grid", "point", "status", "illuminance_lx", "error_lx"], |row| {
         let mut readings = BTreeMap::new();
-        for quantity in Quantity::ALL {
+        for quantity in [Quantity::Illuminance, Quantity::CieX, Quantity::CieY] {
             // Chromaticities have no stated error of their own in the table.
             let error = if quantity == Quantity::Illuminance { row.number("error_lx")? } else { Some(0.0) };
             if let (Some(value), Some(error)) = (row.number(quantity.column())?, error) {
                 readings.insert(quantity.column(), Reading { value, error });
             }
         }
-        computed.insert(row.key()?, readings);
+        computed.points.insert(row.key()?, readings);
         Ok(())
     })?;
+    let spectral = path.with_file_name("irradiance.csv");
+    if spectral.exists() {
+        rows(&spectral, &["grid", "point", "band_lo_nm", "band_hi_nm", "irradiance_W_m2_nm"], |row| {
+            let wanted = |column: &str| row.number(column)?.ok_or_else(|| row.wrong(format!("no {column}")));
+            let limits_nm = (wanted("band_lo_nm")?, wanted("band_hi_nm")?);
+            let irradiance = wanted("irradiance_W_m2_nm")?;
+            computed.bands.entry(row.key()?).or_default().push(BandIrradiance { limits_nm, irradiance });
+            Ok(())
+        })?;
+    }
     Ok(computed)
+}
+
+/// The readings of a point; of the face, where the row tells its reflectance.
+fn readings(row: &Row<'_>, computed: &Computed) -> Result<BTreeMap<&'static str, Reading>> {
+    let key = row.key()?;
+    let Some(there) = computed.points.get(&key) else {
+        return Err(row
+            .wrong(format!("the result has no point {} in grid {:?}", key.1, key.0))
+            .mend("points count from 0 in the order of illuminance.csv"));
+    };
+    let mut there = there.clone();
+    let (Some(told), Some(arriving)) = (row.text("reflectance"), there.get(Quantity::Illuminance.column()).copied())
+    else {
+        return Ok(there);
+    };
+    let luminance = if let Ok(grey) = told.parse::<f64>() {
+        if !(0.0..=1.0).contains(&grey) {
+            return Err(row.wrong(format!("reflectance is {grey}, expected 0 to 1 or a file of a spectrum")));
+        }
+        grey * arriving.value / PI
+    } else {
+        let file = row.path.with_file_name(told);
+        if !file.exists() {
+            return Err(row.wrong(format!("reflectance is {told:?}, neither a number nor a file beside the table")));
+        }
+        let curve = Spectrum::from_csv(&file, Beyond::Hold)?;
+        let Some(bands) = computed.bands.get(&key) else {
+            return Err(row
+                .wrong("the colour of a face needs the light of every band".into())
+                .mend("solve with --spectral, which writes irradiance.csv"));
+        };
+        let xyz = face_xyz(bands, arriving.value, &curve);
+        if let Some([x, y]) = colour::xy(xyz) {
+            there.insert(Quantity::CieX.column(), Reading { value: x, error: 0.0 });
+            there.insert(Quantity::CieY.column(), Reading { value: y, error: 0.0 });
+        }
+        xyz[1]
+    };
+    // The luminance errs as the illuminance does.
+    let error = luminance * arriving.error / arriving.value.max(f64::MIN_POSITIVE);
+    there.insert(Quantity::Luminance.column(), Reading { value: luminance, error });
+    Ok(there)
 }
 
 /// Measured values beside what was computed at the same points, one comparison for each quantity that was measured.
@@ -109,19 +171,16 @@ pub fn result(path: &Path) -> Result<Computed> {
 /// Io where the file cannot be read; malformed with file and line for what cannot be, an unknown point, or a table in which
 /// nothing was measured.
 pub fn measured(path: &Path, computed: &Computed) -> Result<Vec<Comparison>> {
-    let mut pairs: [Vec<Pair>; 3] = Default::default();
+    let mut pairs: [Vec<Pair>; Quantity::ALL.len()] = Default::default();
     rows(path, &["grid", "point"], |row| {
         for (quantity, list) in Quantity::ALL.into_iter().zip(&mut pairs) {
             let Some(value) = row.number(quantity.column())? else { continue };
-            let key = row.key()?;
-            let Some(there) = computed.get(&key) else {
-                return Err(row
-                    .wrong(format!("the result has no point {} in grid {:?}", key.1, key.0))
-                    .mend("points count from 0 in the order of illuminance.csv"));
-            };
+            let (key, there) = (row.key()?, readings(row, computed)?);
             let Some(found) = there.get(quantity.column()) else {
                 let what = quantity.column();
-                return Err(row.wrong(format!("point {} of grid {:?} has no {what} in the result", key.1, key.0)));
+                let told = row.wrong(format!("point {} of grid {:?} has no {what} in the result", key.1, key.0));
+                let mend = "give the column reflectance: a number, or a file of a spectrum beside the table";
+                return Err(if quantity == Quantity::Luminance { told.mend(mend) } else { told });
             };
             list.push(Pair { grid: key.0, point: key.1, measured: reading(row, quantity, value)?, computed: *found });
         }
@@ -131,7 +190,7 @@ pub fn measured(path: &Path, computed: &Computed) -> Result<Vec<Comparison>> {
         Quantity::ALL.into_iter().zip(pairs).filter_map(|(q, p)| Comparison::of(q, p)).collect();
     if found.is_empty() {
         return Err(Error::malformed("nothing was measured")
-            .mend("fill in illuminance_lx and uncertainty_lx, or cie_x, cie_y and uncertainty_xy")
+            .mend("fill in illuminance_lx and uncertainty_lx, luminance_cd_m2 and uncertainty_cd_m2, or cie_x, cie_y and uncertainty_xy")
             .in_file(path));
     }
     Ok(found)

@@ -6,6 +6,7 @@
 //! ([`Axes::to_user`]).
 
 pub mod bsdf;
+mod build;
 pub mod check;
 #[cfg(test)]
 mod check_tests;
@@ -33,6 +34,7 @@ use std::path::PathBuf;
 
 use glam::DVec3;
 
+pub use build::Build;
 pub use check::{Diagnostic, Severity, check};
 pub use dimming::{DAYLIGHT, ELECTRIC, LightState};
 pub use file::json_schema;

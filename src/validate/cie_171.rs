@@ -6,6 +6,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::References;
+use super::published;
 use super::references::Row;
 use super::scenes::{Build, axial, half_degrees, on_faces};
 use super::sheet::{Sheet, exact, known};
@@ -20,6 +21,10 @@ const TOLERANCE: f64 = 0.01;
 const DIGITS: f64 = 1e-9;
 /// A table in half degrees is off by 1e-5, a sensor 4e-6 of the scene above its plane by 4e-5 at 2.4 m.
 const PLACED: f64 = 1e-4;
+/// Two rules for the sky may differ by this share at a tolerance of 1 % before a triangle of it is divided.
+const RULES: f64 = 1e-3;
+/// Skies whose references are good to 1e-5.
+const COARSER: [u8; 7] = [2, 4, 6, 8, 10, 13, 14];
 /// A disc of 48 corners is off by 2e-3 of its radius: 3e-3 of the light 5 cm from its edge, and 1e-3 more.
 const CORNERS: f64 = 4e-3;
 
@@ -30,7 +35,8 @@ pub(super) fn run(references: &References, sheet: &mut Sheet) -> Result<()> {
     glass(&rows, sheet)?;
     reflectors(&rows, sheet)?;
     interreflection(sheet)?;
-    daylight(references, sheet)
+    daylight(references, sheet)?;
+    published::tables(references, sheet)
 }
 
 fn of<'a>(rows: &'a [Row], test: &str) -> Vec<&'a Row> {
@@ -81,7 +87,7 @@ fn sources(rows: &[Row], sheet: &mut Sheet) -> Result<()> {
         }
         let rows = of(rows, test);
         let points = rows.iter().map(|r| Ok((r.point("point_m")?, r.point("normal")?))).collect::<Result<Vec<_>>>()?;
-        b.points(&points);
+        b.points("points", &points);
         b.hang(file, place);
         let m = b.solve(TOLERANCE)?;
         sheet.topic("illuminance of a source", &format!("CIE 171:2006, {test}: {formula}"), "lx");
@@ -101,7 +107,7 @@ fn flux_shares(rows: &[Row], sheet: &mut Sheet) -> Result<()> {
     let black = b.paint(0.0, 0.0);
     b.room(DVec3::ZERO, size, [black; 6]);
     let places = on_faces(size);
-    b.points(&places.iter().map(|(_, p, n, _)| (*p, *n)).collect::<Vec<_>>());
+    b.points("points", &places.iter().map(|(_, p, n, _)| (*p, *n)).collect::<Vec<_>>());
     b.hang(axial("0 0 0", &[0.0, 180.0], |_| 1e4 / (4.0 * PI)), DVec3::new(2.0, 2.0, 1.5));
     let m = b.solve(TOLERANCE)?;
     let mut shares = [0.0; 6];
@@ -148,7 +154,7 @@ fn reflectors(rows: &[Row], sheet: &mut Sheet) -> Result<()> {
         }
         let rows = of(rows, test);
         let points = rows.iter().map(|r| Ok((r.point("point_m")?, r.point("normal")?))).collect::<Result<Vec<_>>>()?;
-        b.points(&points);
+        b.points("points", &points);
         let m = b.solve(TOLERANCE)?;
         sheet.topic("illuminance in percent of a reflector's exitance", &format!("CIE 171:2006, {test}: 100 C"), "%");
         for (row, s) in rows.iter().zip(&m.grids[0].sensors) {
@@ -169,7 +175,7 @@ fn interreflection(sheet: &mut Sheet) -> Result<()> {
         let mut b = Build::new();
         let wall = b.paint(rho, 0.0);
         b.room(DVec3::ZERO, size, [wall; 6]);
-        b.points(&places.iter().map(|(_, p, n, _)| (*p, *n)).collect::<Vec<_>>());
+        b.points("points", &places.iter().map(|(_, p, n, _)| (*p, *n)).collect::<Vec<_>>());
         b.hang(axial("0 0 0", &[0.0, 180.0], |_| 1e4 / (4.0 * PI)), size * 0.5);
         let m = b.solve(TOLERANCE)?;
         let mean = |of: &dyn Fn(usize) -> f64| places.iter().enumerate().map(|(i, p)| of(i) * p.3).sum::<f64>() / 96.0;
@@ -207,9 +213,13 @@ fn one_opening(rows: &[Row], sheet: &mut Sheet) -> Result<()> {
     let mut scratch = DirectScratch::for_tolerance(TOLERANCE);
     for row in rows {
         let (point, normal) = (row.point("point_m")?, row.point("normal")?);
-        let mut factors = vec![0.0; world.groups()];
         let x = world.lift(world.surfaces.frame.to_local(point), normal);
-        direct(&world, x, normal, 1, &mut scratch, &mut factors);
+        // Lifted once more: what the sensor's place above its plane does.
+        let [factors, higher] = [x, world.lift(x, normal)].map(|x| {
+            let mut factors = vec![0.0; world.groups()];
+            direct(&world, x, normal, 1, &mut scratch, &mut factors);
+            factors
+        });
         for (field, part) in [("sky", LightPart::Sky), ("ground", LightPart::Ground), ("mask", LightPart::Lamps)] {
             let reference = row.number(&format!("{field}_percent"))?;
             if field != "sky" && reference == 0.0 {
@@ -221,11 +231,11 @@ fn one_opening(rows: &[Row], sheet: &mut Sheet) -> Result<()> {
                 "%",
             );
             // 10,000 lx outside: a lux is 0.01 percent.
-            let value = optics.lux_of_direct(&factors, &[1.0], part) / 100.0;
+            let [value, higher] = [&factors, &higher].map(|f| optics.lux_of_direct(f, &[1.0], part) / 100.0);
             let name = format!("{test} {configuration}, sky {number}, {}, {field}", row.text("point")?);
-            let reference = known(reference, 1e-6 + 1e-7 * reference);
-            // Half of what a point may err by at this tolerance, and 0.001 percent where next to nothing arrives.
-            sheet.equal(name, reference, value, 0.5 * TOLERANCE * value + 1e-3);
+            let digits = if COARSER.contains(&number) { 1e-5 } else { 1e-7 };
+            let reference = known(reference, 1e-6 + digits * reference);
+            sheet.equal(name, reference, value, RULES * value + 2.0 * (higher - value).abs());
         }
     }
     Ok(())

@@ -58,6 +58,7 @@ fn of_source(row: &Row) -> Result<f64> {
         "CCT_K" => temperature().map_or(f64::NAN, |t| t.kelvin),
         "Duv" => temperature().map_or(f64::NAN, |t| t.duv),
         "Ra" => rendering(&light).map_or(f64::NAN, |r| r.ra),
+        "R9" => rendering(&light).map_or(f64::NAN, |r| r.special[8]),
         "melanopic_DER" => action(Action::Melanopic) / (KM * xyz[1]) / Action::Melanopic.d65_w_lm().unwrap_or(f64::NAN),
         _ => KM_SCOTOPIC * action(Action::Scotopic) / (KM * xyz[1]),
     })

@@ -5,11 +5,12 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec3;
 
 use super::References;
-use super::scenes::{Build, face};
+use super::scenes::Build;
 use super::sheet::{Sheet, exact, known};
 use crate::Result;
 use crate::light::{above_plane, configuration_factor};
 use crate::mesh::PatchMesh;
+use crate::scene::Face;
 use crate::transport::World;
 use crate::transport::form_factor::{Analytic, Work, exchange_area};
 
@@ -33,7 +34,7 @@ pub(super) fn run(references: &References, sheet: &mut Sheet) -> Result<()> {
 
 /// `F_12` of polygons that nothing stands between.
 fn between(a: &[DVec3], b: &[DVec3]) -> f64 {
-    let (first, second) = (face(a, 0), face(b, 0));
+    let (first, second) = (Face::new(a, 0), Face::new(b, 0));
     exchange_area(a, first.normal, b, second.normal) / first.area_m2
 }
 

@@ -12,8 +12,10 @@ mod energy;
 mod ferren;
 mod figure;
 mod form_factors;
+mod growth_chamber;
 mod luminaires;
 mod page;
+mod published;
 mod radiosity;
 mod references;
 mod report;
@@ -30,7 +32,7 @@ use crate::measure::Progress;
 pub use references::References;
 pub use report::{json, write};
 use sheet::Sheet;
-pub use sheet::{Case, Comparison};
+pub use sheet::{Case, Comparison, Table};
 
 /// A family of cases.
 #[derive(Clone, Debug)]
@@ -43,6 +45,12 @@ pub struct Suite {
     pub cases: Vec<Case>,
     /// Pictures for the report: caption and SVG.
     pub figures: Vec<(String, String)>,
+    /// Tables for the report.
+    pub tables: Vec<Table>,
+    /// Files beside the report: name and text.
+    pub files: Vec<(&'static str, String)>,
+    /// Why it did not run, if it did not.
+    pub skipped: Option<&'static str>,
     /// Wall time, s.
     pub seconds: f64,
 }
@@ -57,7 +65,7 @@ impl Suite {
 type Run = fn(&References, &mut Sheet) -> Result<()>;
 
 /// Name, subject and code of every suite, in the order of the report.
-const SUITES: [(&str, &str, Run); 11] = [
+const SUITES: [(&str, &str, Run); 12] = [
     (
         "form-factors",
         "factors of polygons, points and blocked pairs against closed forms and quadrature",
@@ -72,6 +80,11 @@ const SUITES: [(&str, &str, Run); 11] = [
     ("luminaires", "photometric files against their formulas, and written anew", luminaires::run),
     ("cornell", "the measured Cornell box against path tracing", cornell::run),
     ("ferren", "boards with hidden colours, in 41 bands, against path tracing", ferren::run),
+    (
+        "growth-chamber",
+        "a measured room, lamps behind a translucent ceiling (its data are not part of the program: --data)",
+        growth_chamber::run,
+    ),
     ("coverage", "are the stated errors true?", coverage::run),
 ];
 
@@ -98,8 +111,10 @@ pub fn run(asked: &[String], references: &References, progress: &dyn Progress) -
             let start = Instant::now();
             let mut sheet = Sheet::default();
             code(references, &mut sheet)?;
-            let (cases, figures) = sheet.finish();
-            Ok(Suite { name, about, cases, figures, seconds: start.elapsed().as_secs_f64() })
+            let (cases, extras) = sheet.finish();
+            let sheet::Extras { figures, tables, files, skipped } = extras;
+            let seconds = start.elapsed().as_secs_f64();
+            Ok(Suite { name, about, cases, figures, tables, files, skipped, seconds })
         })
         .collect()
 }

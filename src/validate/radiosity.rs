@@ -64,7 +64,7 @@ pub(super) fn boxes(references: &References) -> Result<Vec<KnownBox>> {
         if let Some(last) = list.last_mut() {
             last.truth.push((row.number("illuminance_lx")?, row.number("uncertainty_lx")?));
             if ends {
-                last.build.points(&std::mem::take(&mut points));
+                last.build.points("points", &std::mem::take(&mut points));
             }
         }
     }
@@ -77,11 +77,14 @@ pub(super) fn furnace(size: DVec3, origin: DVec3, rho: [f64; 6]) -> Build {
     let materials = rho.map(|r| b.paint(r, 1000.0 * (1.0 - r)));
     b.room(origin, origin + size, materials);
     let place = |x: f64, y: f64, z: f64| origin + size * DVec3::new(x, y, z);
-    b.points(&[
-        (place(0.5, 0.5, 0.5), DVec3::Z),
-        (place(0.2, 0.7, 0.1), DVec3::new(1.0, -1.0, 0.5)),
-        (place(0.9, 0.05, 0.8), DVec3::NEG_Z),
-    ]);
+    b.points(
+        "points",
+        &[
+            (place(0.5, 0.5, 0.5), DVec3::Z),
+            (place(0.2, 0.7, 0.1), DVec3::new(1.0, -1.0, 0.5)),
+            (place(0.9, 0.05, 0.8), DVec3::NEG_Z),
+        ],
+    );
     b
 }
 

@@ -1,15 +1,19 @@
 //! Stored reference values: CSV tables of `validation/references`, and scenes that the program carries.
 
 use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
 use crate::scene::{self, Scene};
 use crate::{Error, Result};
 
-/// The texts of all references by their path in the source.
+/// The texts of all references by their path in the source, and where measured data lie that are not part of it.
 #[derive(Clone, Debug)]
-pub struct References(BTreeMap<&'static str, String>);
+pub struct References {
+    texts: BTreeMap<&'static str, String>,
+    measured: Option<PathBuf>,
+}
 
 /// Path and text of files of the source.
 macro_rules! embedded {
@@ -25,28 +29,47 @@ impl Default for References {
     /// Those that the program carries.
     fn default() -> Self {
         let all = embedded! {
-            "validation/references": "boxes.csv", "cie171_daylight.csv", "cie171_electric.csv", "colour.csv",
+            "validation/references": "boxes.csv", "cie171_daylight.csv", "cie171_electric.csv", "cie171_published.csv",
+                "colour.csv",
                 "cornell.csv", "ferren.csv", "form_factors.csv", "skies.csv", "sun.csv";
             "validation/cornell": "cornell.obj", "points.toml", "left_wall.pts", "white.csv", "red.csv", "green.csv",
                 "light.csv";
             "experiments/ferren": "louvre.toml", "louvre.obj", "louvre.pts", "backing.toml", "backing.obj",
                 "backing.pts", "white.csv", "black.csv", "red.csv", "yellow.csv", "green.csv", "cyan.csv", "blue.csv",
                 "magenta.csv";
+            "validation/growth-chamber": "results.csv";
         };
-        Self(all.into_iter().map(|(path, text)| (path, text.to_owned())).collect())
+        let texts = all.into_iter().map(|(path, text)| (path, text.to_owned())).collect();
+        Self { texts, measured: None }
     }
 }
 
 impl References {
+    /// With the folder of the measured room's data, which the program does not carry.
+    #[must_use]
+    pub fn with_measured(mut self, folder: &Path) -> Self {
+        self.measured = Some(folder.to_path_buf());
+        self
+    }
+
+    pub(super) fn measured(&self) -> Option<&Path> {
+        self.measured.as_deref()
+    }
+
+    /// The text of a file by its path in the source; empty if there is none.
+    pub(super) fn text(&self, path: &str) -> &str {
+        self.texts.get(path).map_or("", String::as_str)
+    }
+
     /// The text of a table; empty if there is none of that name.
     #[must_use]
     pub fn table(&self, name: &str) -> &str {
-        self.0.get(format!("{TABLES}/{name}").as_str()).map_or("", String::as_str)
+        self.text(&format!("{TABLES}/{name}"))
     }
 
     /// Puts another text in the place of a table's.
     pub fn replace_table(&mut self, name: &str, text: String) {
-        if let Some(old) = self.0.get_mut(format!("{TABLES}/{name}").as_str()) {
+        if let Some(old) = self.texts.get_mut(format!("{TABLES}/{name}").as_str()) {
             *old = text;
         }
     }
@@ -54,7 +77,7 @@ impl References {
     /// A scene of a folder of the source, its text changed on the way.
     pub(super) fn scene(&self, folder: &str, name: &str, change: impl Fn(&str) -> String) -> Result<Scene> {
         let dir = tempfile::tempdir().map_err(|e| Error::io("a folder for a scene", &e))?;
-        for (path, text) in &self.0 {
+        for (path, text) in &self.texts {
             let Some(file) = path.strip_prefix(folder).and_then(|p| p.strip_prefix('/')) else { continue };
             let place = dir.path().join(file);
             std::fs::write(&place, change(text)).map_err(|e| Error::io(&place, &e))?;
@@ -63,24 +86,29 @@ impl References {
     }
 
     /// The lines of a table.
-    pub(super) fn rows(&self, name: &'static str) -> Result<Vec<Row>> {
-        let mut reader = csv::Reader::from_reader(self.table(name).as_bytes());
-        let broken = |e: csv::Error| Error::malformed(e.to_string()).in_file(name);
-        let heads = reader.headers().map_err(broken)?.clone();
-        let mut rows = Vec::new();
-        for (i, record) in reader.records().enumerate() {
-            let record = record.map_err(broken)?;
-            let fields = heads.iter().zip(&record).map(|(h, v)| (h.to_owned(), v.to_owned())).collect();
-            rows.push(Row { file: name, line: i + 2, fields });
-        }
-        Ok(rows)
+    pub(super) fn rows(&self, name: &str) -> Result<Vec<Row>> {
+        rows_of(self.table(name), name)
     }
+}
+
+/// The lines of a table in CSV; `file` is told where something is wrong.
+pub(super) fn rows_of(text: &str, file: &str) -> Result<Vec<Row>> {
+    let mut reader = csv::Reader::from_reader(text.as_bytes());
+    let broken = |e: csv::Error| Error::malformed(e.to_string()).in_file(file);
+    let heads = reader.headers().map_err(broken)?.clone();
+    let mut rows = Vec::new();
+    for (i, record) in reader.records().enumerate() {
+        let record = record.map_err(broken)?;
+        let fields = heads.iter().zip(&record).map(|(h, v)| (h.to_owned(), v.to_owned())).collect();
+        rows.push(Row { file: file.to_owned(), line: i + 2, fields });
+    }
+    Ok(rows)
 }
 
 /// A line of a table.
 #[derive(Debug)]
 pub(super) struct Row {
-    file: &'static str,
+    file: String,
     line: usize,
     fields: BTreeMap<String, String>,
 }
@@ -88,7 +116,12 @@ pub(super) struct Row {
 impl Row {
     fn wrong(&self, field: &str, wanted: &str) -> Error {
         let found = self.fields.get(field).map_or("nothing", String::as_str);
-        Error::malformed(format!("{field} is {found:?}, expected {wanted}")).in_file(self.file).at_line(self.line)
+        Error::malformed(format!("{field} is {found:?}, expected {wanted}")).in_file(&self.file).at_line(self.line)
+    }
+
+    /// Names of its fields.
+    pub(super) fn fields(&self) -> impl Iterator<Item = &str> {
+        self.fields.keys().map(String::as_str)
     }
 
     pub(super) fn text(&self, field: &str) -> Result<&str> {
@@ -112,9 +145,14 @@ impl Row {
 
     /// Points with semicolons between them.
     pub(super) fn points(&self, field: &str) -> Result<Vec<DVec3>> {
+        self.points_between(field, ';')
+    }
+
+    /// Points with some character between them.
+    pub(super) fn points_between(&self, field: &str, between: char) -> Result<Vec<DVec3>> {
         let list: Option<Vec<DVec3>> = self
             .text(field)?
-            .split(';')
+            .split(between)
             .map(|p| numbers(p).and_then(|v| <[f64; 3]>::try_from(v).ok()).map(DVec3::from))
             .collect();
         list.ok_or_else(|| self.wrong(field, "points"))

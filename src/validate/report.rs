@@ -7,15 +7,17 @@ use serde_json::{Value, json};
 
 use super::figure::{escaped, strip};
 use super::page;
-use super::{Case, Suite};
+use super::{Case, Suite, Table};
 use crate::error::{Error, ErrorKind, Result};
 use crate::report::write_text;
 
-/// `{"suites": [{"name", "about", "cases": [...]}]}`; numbers that are not finite become null.
+/// `{"suites": [{"name", "about", "skipped", "cases": [...]}]}`; numbers that are not finite become null.
 #[must_use]
 pub fn json(suites: &[Suite]) -> Value {
-    let suites: Vec<Value> =
-        suites.iter().map(|s| json!({ "name": s.name, "about": s.about, "cases": s.cases })).collect();
+    let suites: Vec<Value> = suites
+        .iter()
+        .map(|s| json!({ "name": s.name, "about": s.about, "skipped": s.skipped, "cases": s.cases }))
+        .collect();
     json!({ "suites": suites })
 }
 
@@ -25,12 +27,16 @@ pub fn json(suites: &[Suite]) -> Value {
 /// # Errors
 /// Io with the file's name.
 pub fn write(dir: &Path, suites: &[Suite]) -> Result<Vec<PathBuf>> {
-    Ok(vec![
+    let mut files = vec![
         write_text(dir, "validation.json", &format!("{:#}\n", json(suites)))?,
         write_text(dir, "validation.csv", &table(suites)?)?,
         write_text(dir, "index.html", &html(suites))?,
         write_text(dir, "VALIDATION.md", &page::markdown(suites))?,
-    ])
+    ];
+    for (name, text) in suites.iter().flat_map(|s| &s.files) {
+        files.push(write_text(dir, name, text)?);
+    }
+    Ok(files)
 }
 
 const COLUMNS: [&str; 11] =
@@ -99,6 +105,10 @@ fn html(suites: &[Suite]) -> String {
 
 fn section(text: &mut String, s: &Suite) {
     let _ = write!(text, "<h2 id='{}'>{}</h2><p>{}</p>\n{}\n", s.name, s.name, escaped(s.about), strip(&s.cases));
+    if let Some(why) = s.skipped {
+        let _ = writeln!(text, "<p>Skipped: {}. What follows is the stored outcome.</p>", escaped(why));
+    }
+    s.tables.iter().for_each(|t| table_of(text, t));
     for (caption, svg) in &s.figures {
         let _ = writeln!(text, "<figure>{svg}<figcaption>{}</figcaption></figure>", escaped(caption));
     }
@@ -114,6 +124,17 @@ fn section(text: &mut String, s: &Suite) {
         line(text, c);
     }
     text.push_str("</table></details>\n");
+}
+
+fn table_of(text: &mut String, t: &Table) {
+    let cells = |tag: &str, row: &[String]| -> String {
+        row.iter().map(|cell| format!("<{tag}>{}</{tag}>", escaped(cell))).collect()
+    };
+    let _ = writeln!(text, "<p>{}</p><table><tr>{}</tr>", escaped(&t.caption), cells("th", &t.heads));
+    for row in &t.rows {
+        let _ = writeln!(text, "<tr>{}</tr>", cells("td", row));
+    }
+    text.push_str("</table>\n");
 }
 
 fn line(text: &mut String, c: &Case) {

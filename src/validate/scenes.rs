@@ -1,4 +1,4 @@
-//! Scenes of the cases, put together in memory.
+//! What the cases add to scenes put together in memory: light of equal energy, grey paints, skies, and quadrature.
 
 use std::f64::consts::PI;
 use std::path::PathBuf;
@@ -7,45 +7,15 @@ use glam::DVec3;
 
 use crate::Result;
 use crate::measure::{self, Measurement, Silent, SolveOptions};
-use crate::scene::{
-    Amount, Axes, Daytime, Emission, Face, Grid, GridLayout, LuminaireRow, Material, MaterialKind, Panes, Placed,
-    Receiver, Scene, Sensor, SkyName,
-};
-use crate::spectrum::{BandMode, SpectralValue, Spectrum};
-
-/// A scene in the making; one photometric band, light of equal energy.
-#[derive(Debug)]
-pub(super) struct Build(pub(super) Scene);
+pub(super) use crate::scene::Build;
+use crate::scene::{Amount, Daytime, Emission, LuminaireRow, Material, MaterialKind, Panes, Placed, SkyName};
+use crate::spectrum::{SpectralValue, Spectrum};
 
 impl Build {
-    pub(super) fn new() -> Self {
-        Self(Scene {
-            title: "validation".into(),
-            faces: Vec::new(),
-            objects: vec!["thing".into()],
-            materials: Vec::new(),
-            bands: BandMode::Grey,
-            grids: Vec::new(),
-            views: Vec::new(),
-            daytime: None,
-            luminaires: Vec::new(),
-            observers: Vec::new(),
-            modelling: Vec::new(),
-            requirements: Vec::new(),
-            power: None,
-            states: Vec::new(),
-            occupancy: Default::default(),
-            blinds: Vec::new(),
-            axes: Axes::ZUp,
-            inputs: Vec::new(),
-            warnings: Vec::new(),
-        })
-    }
-
-    fn material(&mut self, kind: MaterialKind, emission: Option<Emission>) -> usize {
+    /// A material of some kind.
+    pub(super) fn made_of(&mut self, kind: MaterialKind, emission: Option<Emission>) -> usize {
         let name = format!("material {}", self.0.materials.len());
-        self.0.materials.push(Material { name, kind, emission, outside: false });
-        self.0.materials.len() - 1
+        self.material(Material { name, kind, emission, outside: false })
     }
 
     /// A Lambertian material with an exitance of its own, lm/m².
@@ -54,46 +24,13 @@ impl Build {
         let per_unit = PI * Spectrum::constant(1.0).luminous();
         let radiance = Spectrum::constant(exitance_lm_m2 / per_unit);
         let emission = (exitance_lm_m2 > 0.0).then_some(Emission { radiance, two_sided: false, group: None });
-        self.material(MaterialKind::Diffuse { front: rho.clone(), back: rho }, emission)
+        self.made_of(MaterialKind::Diffuse { front: rho.clone(), back: rho }, emission)
     }
 
     /// One uncoated pane of a transmittance at normal incidence.
     pub(super) fn pane(&mut self, transmittance: f64) -> usize {
         let panes = Panes::Alike { count: 1, transmittance: SpectralValue::Grey(transmittance) };
-        self.material(MaterialKind::Glass { panes, refractive_index: 1.52 }, None)
-    }
-
-    /// A convex polygon, counter-clockwise seen from its front.
-    pub(super) fn face(&mut self, vertices: &[DVec3], material: usize) {
-        self.0.faces.push(face(vertices, material));
-    }
-
-    /// A rectangle from a corner and two sides; its front looks along `u × v`.
-    pub(super) fn rectangle(&mut self, corner: DVec3, u: DVec3, v: DVec3, material: usize) {
-        self.face(&[corner, corner + u, corner + u + v, corner + v], material);
-    }
-
-    /// A closed box looked at from inside: x0, x1, y0, y1, floor, ceiling.
-    pub(super) fn room(&mut self, low: DVec3, high: DVec3, materials: [usize; 6]) {
-        for (mut vertices, m) in box_sides(low, high).into_iter().zip(materials) {
-            vertices.reverse();
-            self.face(&vertices, m);
-        }
-    }
-
-    /// A solid box.
-    pub(super) fn block(&mut self, low: DVec3, high: DVec3, material: usize) {
-        for vertices in box_sides(low, high) {
-            self.face(&vertices, material);
-        }
-    }
-
-    /// Points with their normals, as a grid.
-    pub(super) fn points(&mut self, points: &[(DVec3, DVec3)]) {
-        let sensor = |&(position, n): &(DVec3, DVec3)| Sensor { position, normal: n.normalize(), area_m2: None };
-        let sensors = points.iter().map(sensor).collect();
-        let name = format!("points {}", self.0.grids.len());
-        self.0.grids.push(Grid { name, sensors, layout: GridLayout::Points, receiver: Receiver::Plane });
+        self.made_of(MaterialKind::Glass { panes, refractive_index: 1.52 }, None)
     }
 
     /// Hangs a photometric file, aimed down.
@@ -127,32 +64,6 @@ impl Build {
     pub(super) fn solve_by(&self, options: &SolveOptions) -> Result<Measurement> {
         measure::solve(&self.0, options, &Silent)
     }
-}
-
-/// A face from its vertices; area and normal by Newell's sum.
-pub(super) fn face(vertices: &[DVec3], material: usize) -> Face {
-    let n = vertices.len();
-    let sum: DVec3 = (0..n).map(|k| (vertices[k] - vertices[0]).cross(vertices[(k + 1) % n] - vertices[0])).sum();
-    Face {
-        vertices: vertices.to_vec(),
-        normal: sum.normalize_or_zero(),
-        area_m2: 0.5 * sum.length(),
-        material,
-        object: 0,
-    }
-}
-
-/// Sides of a box with normals that look out: x0, x1, y0, y1, bottom, top.
-fn box_sides(a: DVec3, b: DVec3) -> [Vec<DVec3>; 6] {
-    let p = |i: usize, j: usize, k: usize| DVec3::new([a.x, b.x][i], [a.y, b.y][j], [a.z, b.z][k]);
-    [
-        vec![p(0, 0, 0), p(0, 0, 1), p(0, 1, 1), p(0, 1, 0)],
-        vec![p(1, 0, 0), p(1, 1, 0), p(1, 1, 1), p(1, 0, 1)],
-        vec![p(0, 0, 0), p(1, 0, 0), p(1, 0, 1), p(0, 0, 1)],
-        vec![p(0, 1, 0), p(0, 1, 1), p(1, 1, 1), p(1, 1, 0)],
-        vec![p(0, 0, 0), p(0, 1, 0), p(1, 1, 0), p(1, 0, 0)],
-        vec![p(0, 0, 1), p(1, 0, 1), p(1, 1, 1), p(0, 1, 1)],
-    ]
 }
 
 /// Gauss's rule of eight points on each axis of each face of a box from the origin: face, place, normal, area that it

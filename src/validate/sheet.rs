@@ -86,11 +86,37 @@ pub(super) fn known(value: f64, uncertainty: f64) -> Known {
     Known { value, uncertainty }
 }
 
+/// Lines for a reader, under a caption.
+#[derive(Clone, Debug)]
+pub struct Table {
+    /// What it tells.
+    pub caption: String,
+    /// Heads of the columns.
+    pub heads: Vec<String>,
+    /// One text for each column.
+    pub rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    pub(super) fn new(caption: String, heads: Vec<String>) -> Self {
+        Self { caption, heads, rows: Vec::new() }
+    }
+}
+
+/// What a suite leaves besides its cases.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Extras {
+    pub(super) figures: Vec<(String, String)>,
+    pub(super) tables: Vec<Table>,
+    pub(super) files: Vec<(&'static str, String)>,
+    pub(super) skipped: Option<&'static str>,
+}
+
 /// Collects the cases of a suite.
 #[derive(Debug, Default)]
 pub(super) struct Sheet {
     cases: Vec<Case>,
-    figures: Vec<(String, String)>,
+    extras: Extras,
     holds: String,
     source: String,
     unit: &'static str,
@@ -127,9 +153,26 @@ impl Sheet {
     /// The share of trials in which something happens that should happen in 95 %: of so many trials, two standard
     /// deviations fewer may be.
     pub(super) fn in_95_percent(&mut self, name: impl Into<String>, hits: usize, trials: usize) {
+        self.in_share(name, 0.95, hits, trials);
+    }
+
+    /// The same for any share.
+    pub(super) fn in_share(&mut self, name: impl Into<String>, share: f64, hits: usize, trials: usize) {
         let n = trials.max(1) as f64;
-        let slack = 2.0 * (0.95 * 0.05 / n).sqrt();
-        self.enter(name.into(), Comparison::AtLeast, known(0.95, slack), hits as f64 / n, 0.0);
+        let slack = 2.0 * (share * (1.0 - share) / n).sqrt();
+        self.enter(name.into(), Comparison::AtLeast, known(share, slack), hits as f64 / n, 0.0);
+    }
+
+    /// The cases whose name is this one, or begins with it and a comma.
+    pub(super) fn named(&self, name: &str) -> impl Iterator<Item = &Case> {
+        let begins =
+            move |c: &&Case| c.name.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with(", "));
+        self.cases.iter().filter(begins)
+    }
+
+    /// All cases.
+    pub(super) fn cases(&self) -> &[Case] {
+        &self.cases
     }
 
     pub(super) fn at_most(&mut self, name: impl Into<String>, limit: f64, value: f64) {
@@ -138,7 +181,22 @@ impl Sheet {
 
     /// A picture for the report.
     pub(super) fn figure(&mut self, caption: impl Into<String>, svg: String) {
-        self.figures.push((caption.into(), svg));
+        self.extras.figures.push((caption.into(), svg));
+    }
+
+    /// A table for the report.
+    pub(super) fn table(&mut self, table: Table) {
+        self.extras.tables.push(table);
+    }
+
+    /// A file beside the report.
+    pub(super) fn file(&mut self, name: &'static str, text: String) {
+        self.extras.files.push((name, text));
+    }
+
+    /// The suite cannot run, and why.
+    pub(super) fn skip(&mut self, why: &'static str) {
+        self.extras.skipped = Some(why);
     }
 
     fn enter(&mut self, name: String, comparison: Comparison, known: Known, value: f64, error: f64) {
@@ -158,8 +216,8 @@ impl Sheet {
         self.cases.push(case);
     }
 
-    pub(super) fn finish(self) -> (Vec<Case>, Vec<(String, String)>) {
-        (self.cases, self.figures)
+    pub(super) fn finish(self) -> (Vec<Case>, Extras) {
+        (self.cases, self.extras)
     }
 }
 

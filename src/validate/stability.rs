@@ -5,10 +5,11 @@ use glam::{DQuat, DVec3};
 use super::References;
 use super::form_factors::below_corner;
 use super::radiosity::furnace;
-use super::scenes::{Build, face};
+use super::scenes::Build;
 use super::sheet::{Sheet, exact, known};
 use crate::Result;
 use crate::measure::{Measurement, SolveOptions};
+use crate::scene::Face;
 
 /// Rays are in 32 bits: 1e-5 of the 1000 lx of a furnace, twofold.
 const ROUNDING_LX: f64 = 0.02;
@@ -49,7 +50,7 @@ fn furnaces(sheet: &mut Sheet) -> Result<()> {
     let mut turned = furnace(size, DVec3::ZERO, [0.6; 6]);
     let turn = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, -0.5).normalize(), 0.7);
     for f in &mut turned.0.faces {
-        *f = face(&f.vertices.iter().map(|v| turn * *v).collect::<Vec<_>>(), f.material);
+        *f = Face::new(&f.vertices.iter().map(|v| turn * *v).collect::<Vec<_>>(), f.material);
     }
     for s in turned.0.grids.iter_mut().flat_map(|g| &mut g.sensors) {
         (s.position, s.normal) = (turn * s.position, turn * s.normal);
@@ -70,7 +71,7 @@ fn near_lamps(sheet: &mut Sheet) -> Result<()> {
         let (black, lamp) = (b.paint(0.0, 0.0), b.paint(0.0, 1000.0));
         b.rectangle(DVec3::new(-0.5, -0.5, distance), DVec3::Y, DVec3::X, lamp);
         b.rectangle(DVec3::new(-0.5, -0.5, -0.5), DVec3::X, DVec3::Y, black);
-        b.points(&[(DVec3::ZERO, DVec3::Z)]);
+        b.points("points", &[(DVec3::ZERO, DVec3::Z)]);
         let m = b.solve(0.05)?;
         let truth = 4000.0 * below_corner(0.5 / distance, 0.5 / distance);
         // A sensor is lifted by 1e-5 of the scene at most: at 1 mm from the lamp that changes next to nothing.
@@ -88,11 +89,14 @@ fn leaks(sheet: &mut Sheet) -> Result<()> {
         b.room(DVec3::ZERO, DVec3::new(3.0, 3.0, 3.0), [wall; 6]);
         b.room(DVec3::new(3.0 + gap, 0.0, 0.0), DVec3::new(6.0 + gap, 3.0, 3.0), [wall; 6]);
         b.rectangle(DVec3::new(1.0, 1.0, 2.9), DVec3::Y, DVec3::X, lamp);
-        b.points(&[
-            (DVec3::new(3.02 + gap, 1.5, 0.02), DVec3::Z),
-            (DVec3::new(4.5, 1.5, 0.8), DVec3::NEG_X),
-            (DVec3::new(3.01 + gap, 0.01, 2.99), DVec3::NEG_X),
-        ]);
+        b.points(
+            "points",
+            &[
+                (DVec3::new(3.02 + gap, 1.5, 0.02), DVec3::Z),
+                (DVec3::new(4.5, 1.5, 0.8), DVec3::NEG_X),
+                (DVec3::new(3.01 + gap, 0.01, 2.99), DVec3::NEG_X),
+            ],
+        );
         let m = b.solve(0.05)?;
         for (i, s) in m.grids[0].sensors.iter().enumerate() {
             sheet.sensor(format!("rooms {gap} m apart, point {i}"), exact(0.0), s, 0.0);
@@ -114,7 +118,7 @@ fn splits(sheet: &mut Sheet) -> Result<()> {
             b.rectangle(DVec3::new(w[0], 0.0, 0.0), DVec3::X * (w[1] - w[0]), DVec3::Y * size.y, wall);
         }
         b.rectangle(DVec3::new(1.5, 1.0, 2.6), DVec3::Y, DVec3::X, lamp);
-        b.points(&[(DVec3::new(2.0, 1.5, 0.8), DVec3::Z), (DVec3::new(0.3, 0.3, 1.5), DVec3::X)]);
+        b.points("points", &[(DVec3::new(2.0, 1.5, 0.8), DVec3::Z), (DVec3::new(0.3, 0.3, 1.5), DVec3::X)]);
         b.solve(0.02)
     };
     let whole = with_floor(&[0.0, 4.0])?;
@@ -132,7 +136,7 @@ fn repeats(sheet: &mut Sheet) -> Result<()> {
         let (wall, lamp) = (b.paint(0.7, 0.0), b.paint(0.0, exitance));
         b.room(DVec3::ZERO, DVec3::new(4.0, 3.0, 2.7), [wall; 6]);
         b.rectangle(DVec3::new(1.5, 1.0, 2.6), DVec3::Y, DVec3::X, lamp);
-        b.points(&[(DVec3::new(2.0, 1.5, 0.8), DVec3::Z), (DVec3::new(0.0, 0.3, 1.5), DVec3::X)]);
+        b.points("points", &[(DVec3::new(2.0, 1.5, 0.8), DVec3::Z), (DVec3::new(0.0, 0.3, 1.5), DVec3::X)]);
         b
     };
     let first = room(3000.0).solve_by(&SolveOptions::default())?;

@@ -5,10 +5,9 @@
 pub mod rooms;
 
 use clerestory::measure::{GridResult, Measurement, Method, SensorResult, Silent, SolveOptions, Status};
-use clerestory::scene::{
-    Axes, Emission, Face, Grid, GridLayout, Material, MaterialKind, Panes, Receiver, Scene, Sensor,
-};
-use clerestory::spectrum::{BandMode, SpectralValue, Spectrum};
+pub use clerestory::scene::Build;
+use clerestory::scene::{Emission, Material, MaterialKind, Panes, Scene};
+use clerestory::spectrum::{SpectralValue, Spectrum};
 use clerestory::{Error, measure};
 use glam::DVec3;
 
@@ -66,144 +65,19 @@ pub fn lit(mut material: Material, exitance: f64) -> Material {
     material
 }
 
-/// Puts a scene together.
-#[derive(Clone, Debug)]
-pub struct Build(pub Scene);
-
-impl Build {
-    /// Nothing yet; one photometric band.
-    pub fn new() -> Self {
-        Self(Scene {
-            title: "test".into(),
-            faces: Vec::new(),
-            objects: vec!["thing".into()],
-            materials: Vec::new(),
-            bands: BandMode::Grey,
-            grids: Vec::new(),
-            views: Vec::new(),
-            daytime: None,
-            luminaires: Vec::new(),
-            modelling: Vec::new(),
-            requirements: Vec::new(),
-            power: None,
-            observers: Vec::new(),
-            states: Vec::new(),
-            occupancy: Default::default(),
-            blinds: Vec::new(),
-            axes: Axes::ZUp,
-            inputs: Vec::new(),
-            warnings: Vec::new(),
-        })
+/// Two unit cubes of one reflectance side by side, joined by a square hole; the ceiling of the first gives 1 lm/m².
+pub fn joined_by_a_hole(rho: f64, side: f64) -> Build {
+    let mut b = Build::new();
+    let (wall, ceiling) = (b.material(diffuse("wall", rho)), b.material(lit(diffuse("ceiling", rho), 1.0)));
+    b.room(DVec3::ZERO, DVec3::ONE, [wall, wall, wall, wall, wall, ceiling]);
+    b.room(DVec3::X, at(2.0, 1.0, 1.0), [wall; 6]);
+    // The wall between them is a frame about the hole.
+    b.0.faces.retain(|f| f.vertices.iter().any(|v| (v.x - 1.0).abs() > 1e-9));
+    let (lo, hi) = (0.5 - 0.5 * side, 0.5 + 0.5 * side);
+    for (y0, y1, z0, z1) in [(0.0, lo, 0.0, 1.0), (hi, 1.0, 0.0, 1.0), (lo, hi, 0.0, lo), (lo, hi, hi, 1.0)] {
+        b.rectangle(at(1.0, y0, z0), DVec3::Y * (y1 - y0), DVec3::Z * (z1 - z0), wall);
     }
-
-    /// Adds a material and answers its number.
-    pub fn material(&mut self, material: Material) -> usize {
-        self.0.materials.push(material);
-        self.0.materials.len() - 1
-    }
-
-    /// Adds a convex polygon, counter-clockwise seen from its front.
-    pub fn face(&mut self, vertices: &[DVec3], material: usize) -> &mut Self {
-        self.0.faces.push(face(vertices, material));
-        self
-    }
-
-    /// Adds a rectangle from a corner and two sides; the front looks along `u × v`.
-    pub fn rectangle(&mut self, corner: DVec3, u: DVec3, v: DVec3, material: usize) -> &mut Self {
-        self.face(&[corner, corner + u, corner + u + v, corner + v], material)
-    }
-
-    /// Two unit cubes of one reflectance side by side, joined by a square hole; the ceiling of the first gives 1 lm/m².
-    pub fn joined_by_a_hole(rho: f64, side: f64) -> Self {
-        let mut b = Self::new();
-        let (wall, ceiling) = (b.material(diffuse("wall", rho)), b.material(lit(diffuse("ceiling", rho), 1.0)));
-        b.room(DVec3::ZERO, DVec3::ONE, [wall, wall, wall, wall, wall, ceiling]);
-        b.room(DVec3::X, at(2.0, 1.0, 1.0), [wall; 6]);
-        // The wall between them is a frame about the hole.
-        b.0.faces.retain(|f| f.vertices.iter().any(|v| (v.x - 1.0).abs() > 1e-9));
-        let (lo, hi) = (0.5 - 0.5 * side, 0.5 + 0.5 * side);
-        for (y0, y1, z0, z1) in [(0.0, lo, 0.0, 1.0), (hi, 1.0, 0.0, 1.0), (lo, hi, 0.0, lo), (lo, hi, hi, 1.0)] {
-            b.rectangle(at(1.0, y0, z0), DVec3::Y * (y1 - y0), DVec3::Z * (z1 - z0), wall);
-        }
-        b
-    }
-
-    /// Adds a closed box that is looked at from inside: x0, x1, y0, y1, floor, ceiling.
-    pub fn room(&mut self, low: DVec3, high: DVec3, materials: [usize; 6]) -> &mut Self {
-        for (mut vertices, m) in box_sides(low, high).into_iter().zip(materials) {
-            vertices.reverse();
-            self.face(&vertices, m);
-        }
-        self
-    }
-
-    /// Adds a solid box, looked at from outside: x0, x1, y0, y1, bottom, top.
-    pub fn block(&mut self, low: DVec3, high: DVec3, material: usize) -> &mut Self {
-        self.block_of(low, high, [material; 6])
-    }
-
-    /// The same with a material for each side.
-    pub fn block_of(&mut self, low: DVec3, high: DVec3, materials: [usize; 6]) -> &mut Self {
-        for (vertices, m) in box_sides(low, high).into_iter().zip(materials) {
-            self.face(&vertices, m);
-        }
-        self
-    }
-
-    /// Adds a square lamp that looks down.
-    pub fn lamp(&mut self, centre: DVec3, side: f64, material: usize) -> &mut Self {
-        let corner = centre - at(0.5 * side, 0.5 * side, 0.0);
-        self.rectangle(corner, at(0.0, side, 0.0), at(side, 0.0, 0.0), material)
-    }
-
-    /// Adds a grid of single points.
-    pub fn points(&mut self, name: &str, points: &[(DVec3, DVec3)]) -> &mut Self {
-        let sensors =
-            points.iter().map(|(p, n)| Sensor { position: *p, normal: n.normalize(), area_m2: None }).collect();
-        self.0.grids.push(Grid { name: name.into(), sensors, layout: GridLayout::Points, receiver: Receiver::Plane });
-        self
-    }
-
-    /// Adds `n × n` points that look up, in the middles of the cells of a rectangle at one height.
-    pub fn level(&mut self, name: &str, low: DVec3, high: DVec3, n: usize) -> &mut Self {
-        let place = |k: usize| (k as f64 + 0.5) / n as f64;
-        let point =
-            |i: usize, j: usize| at(low.x + (high.x - low.x) * place(i), low.y + (high.y - low.y) * place(j), low.z);
-        let points: Vec<(DVec3, DVec3)> = (0..n * n).map(|k| (point(k % n, k / n), DVec3::Z)).collect();
-        self.points(name, &points)
-    }
-
-    /// Sets the bands.
-    pub fn bands(&mut self, bands: BandMode) -> &mut Self {
-        self.0.bands = bands;
-        self
-    }
-}
-
-/// A face from its vertices; area and normal by Newell's sum.
-pub fn face(vertices: &[DVec3], material: usize) -> Face {
-    let n = vertices.len();
-    let sum: DVec3 = (0..n).map(|k| (vertices[k] - vertices[0]).cross(vertices[(k + 1) % n] - vertices[0])).sum();
-    Face {
-        vertices: vertices.to_vec(),
-        normal: sum.normalize_or_zero(),
-        area_m2: 0.5 * sum.length(),
-        material,
-        object: 0,
-    }
-}
-
-/// Sides of a box with normals that look out: x0, x1, y0, y1, bottom, top.
-fn box_sides(a: DVec3, b: DVec3) -> [Vec<DVec3>; 6] {
-    let p = |i: usize, j: usize, k: usize| at([a.x, b.x][i], [a.y, b.y][j], [a.z, b.z][k]);
-    [
-        vec![p(0, 0, 0), p(0, 0, 1), p(0, 1, 1), p(0, 1, 0)],
-        vec![p(1, 0, 0), p(1, 1, 0), p(1, 1, 1), p(1, 0, 1)],
-        vec![p(0, 0, 0), p(1, 0, 0), p(1, 0, 1), p(0, 0, 1)],
-        vec![p(0, 1, 0), p(0, 1, 1), p(1, 1, 1), p(1, 1, 0)],
-        vec![p(0, 0, 0), p(0, 1, 0), p(1, 1, 0), p(1, 0, 0)],
-        vec![p(0, 0, 1), p(1, 0, 1), p(1, 1, 1), p(0, 1, 1)],
-    ]
+    b
 }
 
 /// A unit cube of one reflectance whose ceiling emits 1 lm/m².

@@ -5,11 +5,12 @@ use std::path::PathBuf;
 
 use clerestory::measure::{Method, SolveOptions};
 use clerestory::mesh::PatchMesh;
+use clerestory::scene::Face;
 use clerestory::transport::form_factor::{Analytic, Discs, FormFactors, Work, exchange_area};
 use clerestory::transport::{DirectScratch, World, direct};
 use glam::DVec3;
 
-use super::common::{self, Build, assert_near, assert_ratio, at, cube, diffuse, lit, lux, only, solve, warned, within};
+use super::common::{Build, assert_near, assert_ratio, at, cube, diffuse, lit, lux, only, solve, warned, within};
 use super::tools::{form_factor, irradiance, mean_over, square};
 
 #[test]
@@ -69,7 +70,7 @@ fn blocked_factor(a: &[DVec3], b: &[DVec3], blocker: &[DVec3]) -> f64 {
     build.face(a, black).face(b, lamp).face(blocker, black);
     let world = World::new(&build.0);
     let frame = world.surfaces.frame;
-    let normal = common::face(a, 0).normal;
+    let normal = Face::new(a, 0).normal;
     let mut scratch = DirectScratch::default();
     let mean = mean_over(a, 60, |x| {
         let mut factors = [0.0];
@@ -131,7 +132,7 @@ fn form_factors_match_the_reference_file() {
 
 /// Exchange area over the area of `a`: what is used where nothing stands between.
 fn contour_factor(a: &[DVec3], b: &[DVec3]) -> f64 {
-    let [a_face, b_face] = [a, b].map(|p| common::face(p, 0));
+    let [a_face, b_face] = [a, b].map(|p| Face::new(p, 0));
     exchange_area(a, a_face.normal, b, b_face.normal) / a_face.area_m2
 }
 

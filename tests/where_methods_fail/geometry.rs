@@ -3,7 +3,7 @@
 use clerestory::error::ErrorKind;
 use clerestory::measure::{self, Measurement, Status};
 use clerestory::mesh::PatchMesh;
-use clerestory::scene::{Material, Scene};
+use clerestory::scene::{Face, Material, Scene};
 use clerestory::transport::World;
 use glam::DVec3;
 
@@ -338,7 +338,7 @@ fn a_lamp_that_looks_out_of_the_room_is_no_silent_night() {
     let mut b = cube(0.5);
     let ceiling = b.0.faces.iter_mut().find(|f| f.material == 1).expect("a ceiling");
     ceiling.vertices.reverse();
-    *ceiling = common::face(&ceiling.vertices, 1);
+    *ceiling = Face::new(&ceiling.vertices, 1);
     b.level("floor", DVec3::ZERO, at(1.0, 1.0, 0.0), 3);
     let m = solve(&b.0, &within(0.05));
     assert!(lux(&m).iter().all(|e| *e == 0.0), "it shines outward");

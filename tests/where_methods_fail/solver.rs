@@ -9,7 +9,8 @@ use clerestory::transport::form_factor::{self, Analytic, FormFactors, Work};
 use glam::DVec3;
 
 use super::common::{
-    self, Build, assert_near, assert_ratio, at, cube, diffuse, lit, lux, mirror, only, refusal, solve, within,
+    self, Build, assert_near, assert_ratio, at, cube, diffuse, joined_by_a_hole, lit, lux, mirror, only, refusal,
+    solve, within,
 };
 use super::tools::{irradiance, square};
 
@@ -81,7 +82,7 @@ fn open_slots_pass_their_known_share_of_light_even_with_perfect_walls() {
 #[test]
 fn a_room_behind_a_small_hole_is_judged_honestly() {
     let (rho, side) = (0.9, 0.1);
-    let mut b = Build::joined_by_a_hole(rho, side);
+    let mut b = joined_by_a_hole(rho, side);
     b.level("behind", at(1.0, 0.0, 0.0), at(2.0, 1.0, 0.0), 3);
     b.points("hole", &[(at(1.0, 0.5, 0.5), -DVec3::X), (at(1.0, 0.5, 0.5), DVec3::X)]);
     let m = solve(&b.0, &within(0.05));
@@ -305,7 +306,7 @@ fn what_is_not_shot_is_labelled() {
 fn every_room_behind_a_pinhole_is_solved_to_its_own_scale() {
     // Two cubes of 0.9 joined by a hole of 1 cm: two slow modes, and one room thousands of times as dark.
     let (rho, side) = (0.9, 0.01);
-    let mut b = Build::joined_by_a_hole(rho, side);
+    let mut b = joined_by_a_hole(rho, side);
     b.level("behind", at(1.2, 0.2, 0.5), at(1.8, 0.8, 0.5), 2);
     let by = |method| solve(&b.0, &SolveOptions { method, patches: Some(3), ..SolveOptions::default() });
     let exact = by(Method::FullMatrix);

@@ -3,11 +3,9 @@
 #![allow(dead_code, reason = "every user takes what it needs")]
 
 use clerestory::light::{above_plane, configuration_factor};
-use clerestory::scene::{self, MaterialKind, Scene};
+use clerestory::scene::{self, Face, MaterialKind, Scene};
 use clerestory::spectrum::SpectralValue;
 use glam::DVec3;
-
-use super::common;
 
 /// Place and weight of `n` points of 0..1 that crowd at both ends, where irradiance has its kinks: midpoints under
 /// `x = t³(10 − 15t + 6t²)`, whose first two derivatives vanish there (Sidi 1993).
@@ -38,7 +36,7 @@ pub(super) fn mean_over(a: &[DVec3], n: usize, mut f: impl FnMut(DVec3) -> f64) 
 
 /// Irradiance at a point per unit exitance of a polygon, back faces and horizon counted as they are.
 pub(super) fn irradiance(x: DVec3, normal: DVec3, polygon: &[DVec3]) -> f64 {
-    if common::face(polygon, 0).normal.dot(x - polygon[0]) <= 0.0 {
+    if Face::new(polygon, 0).normal.dot(x - polygon[0]) <= 0.0 {
         return 0.0;
     }
     let seen: Vec<DVec3> = polygon.iter().map(|p| *p - x).collect();
@@ -48,7 +46,7 @@ pub(super) fn irradiance(x: DVec3, normal: DVec3, polygon: &[DVec3]) -> f64 {
 }
 
 pub(super) fn form_factor(a: &[DVec3], b: &[DVec3]) -> f64 {
-    let normal = common::face(a, 0).normal;
+    let normal = Face::new(a, 0).normal;
     mean_over(a, 160, |x| irradiance(x, normal, b))
 }
 
