@@ -37,9 +37,11 @@ impl Frame {
     fn around(points: impl Iterator<Item = DVec3> + Clone) -> Self {
         let low_m = points.clone().fold(DVec3::INFINITY, DVec3::min);
         let high_m = points.clone().fold(DVec3::NEG_INFINITY, DVec3::max);
-        let leading = ((high_m - low_m).length() * (1.0 + SAME)).log10().floor() as i32;
+        // The last bits of a size that is a power of ten must not tell its leading digit.
+        let leading = (1.000_001 * (high_m - low_m).length()).log10().floor() as i32;
         let gap_m = smallest_gap(points, SAME * low_m.abs().max(high_m.abs()).max_element());
-        let decimals = DECIMALS.find(|k| 10f64.powi(k - leading) * gap_m >= CELLS_OF_GAP).unwrap_or(DECIMALS.end);
+        let decimals =
+            DECIMALS.into_iter().find(|k| 10f64.powi(k - leading) * gap_m >= CELLS_OF_GAP).unwrap_or(DECIMALS.end);
         let cells = 10f64.powi(decimals - leading);
         let low = (low_m * cells).round();
         let high = (high_m * cells).round() - low;
