@@ -185,19 +185,13 @@ impl Light<'_> {
             .collect()
     }
 
-    /// The sun's own light, where it can come from: only in patches that the sensor sees, or beside them.
+    /// The sun's own light, where it can come from.
     fn own_sun(&self, g: usize, i: usize, scratch: &mut SunScratch) -> OwnSun {
         let patches = &self.coefficients.seen_patches;
-        let mut near = vec![false; patches.all()];
-        for (column, _) in &self.coefficients.grids[g].seen[i] {
-            let p = *column as usize % patches.all();
-            if p < patches.sky() {
-                patches.beside(p).for_each(|q| near[q] = true);
-            }
-        }
+        let sunny = self.coefficients.sunny_patches(g, i);
         let mut list = OwnSun::new();
         for (t, hour) in self.hours.iter().enumerate() {
-            if hour.direct_lx > 0.0 && near[patches.of(hour.sun)] {
+            if hour.direct_lx > 0.0 && sunny[patches.of(hour.sun)] {
                 let (factor, opening) = self.coefficients.sun(g, i, hour.sun, scratch);
                 if factor > 0.0 {
                     list.push((t as u32, opening as u8, (hour.direct_lx * factor) as f32));

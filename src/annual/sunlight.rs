@@ -39,8 +39,11 @@ impl SunPaths {
     /// Hours in which the sun's disc is seen from each sensor of a grid, at least in part, blinds open.
     pub(super) fn hours(&self, coefficients: &Coefficients, grid: usize, status: &[Status]) -> Vec<[f64; 2]> {
         let of = |scratch: &mut _, (i, status): (usize, &Status)| {
-            let mut seen = |sun: &&glam::DVec3| coefficients.sun(grid, i, **sun, scratch).0 > 0.0;
             let is_lit = *status == Status::Ok;
+            let sunny = if is_lit { coefficients.sunny_patches(grid, i) } else { Vec::new() };
+            let mut seen = |sun: &&glam::DVec3| {
+                sunny[coefficients.seen_patches.of(**sun)] && coefficients.sun(grid, i, **sun, scratch).0 > 0.0
+            };
             [0, 1].map(|d| if is_lit { STEP_H * self.0[d].iter().filter(&mut seen).count() as f64 } else { 0.0 })
         };
         status.par_iter().enumerate().with_max_len(8).map_init(|| coefficients.scratch(), of).collect()

@@ -94,6 +94,20 @@ impl Coefficients {
         (factor, if factor > 0.0 { opening(&self.blinds, direct.panes()) } else { 0 })
     }
 
+    /// The patches of the sky that a sensor sees, and those beside them: the sun shines on it from nowhere else.
+    #[must_use]
+    pub fn sunny_patches(&self, grid: usize, sensor: usize) -> Vec<bool> {
+        let patches = &self.seen_patches;
+        let mut sunny = vec![false; patches.all()];
+        for (column, _) in &self.grids[grid].seen[sensor] {
+            let p = *column as usize % patches.all();
+            if p < patches.sky() {
+                patches.beside(p).for_each(|q| sunny[q] = true);
+            }
+        }
+        sunny
+    }
+
     /// Buffers for [`Coefficients::sun`].
     #[must_use]
     pub fn scratch(&self) -> SunScratch {
