@@ -2,42 +2,29 @@
 
 use std::time::Instant;
 
-use glam::DVec2;
 use rayon::prelude::*;
 
+use super::demand::Demand;
 use super::gather::{Field, Gatherer, REPLICAS, SetSums, Solved};
 use super::options::{Progress, SolveOptions};
 use super::probe::Probe;
-use super::receiver::Facing;
 use super::result::Status;
-use super::statement::{Memory, Readings, Stated, state};
+use super::sensor_state::{Light, MAX_SET_RAYS, PATHS_WANT, SensorState};
+use super::statement::{Readings, Stated, state};
 use super::states::Channels;
 use crate::error::Result;
-use crate::mesh::{ElementKey, Elements, Importance};
+use crate::mesh::{ElementKey, Elements};
 use crate::scene::{Grid, Scene};
 use crate::solve;
-use crate::transport::caster::Ray;
-use crate::transport::points::{Points, seed};
-use crate::transport::{DirectScratch, Fork, Landing, LightPart, Optics, RowSettings, Rows, Tint, World, follow};
+use crate::transport::points::seed;
+use crate::transport::{DirectScratch, Optics, RowSettings, Rows, World};
 
 /// Rays of an element, over all replicas: refined by size, never by more rays.
 const ROW_RAYS: usize = 32;
-/// Rays of a sensor that tell how far it sees, at most.
-const DEMAND_RAYS: u32 = 64;
-/// Walks that tell what is important, for each cell of the first mesh; at least; at most; and reflections of one.
-const WALKS_A_CELL: f64 = 8.0;
-const FEWEST_WALKS: usize = 4096;
-const MOST_WALKS: usize = 1 << 18;
-const MAX_REFLECTIONS: u32 = 16;
 /// Tolerance from which half the places on an element tell its direct light well enough.
 const ROUGH: f64 = 0.1;
 /// Rounds after which what does not hold is told instead.
 const MAX_ROUNDS: usize = 10;
-/// Rays of one set of one sensor, at most.
-const MAX_SET_RAYS: u32 = 1 << 16;
-/// How much further the rays of a sensor go on as paths when its elements hide too much, and how many more it takes.
-const FURTHER: f64 = 4.0;
-const PATHS_WANT: f64 = 2.0;
 /// Elements of a mesh, at most; and beyond this number none is refined: what does not hold then is told.
 const MAX_ELEMENTS: usize = 2_000_000;
 const REFINED_ELEMENTS: usize = 200_000;
@@ -50,47 +37,8 @@ pub(super) mod stream {
     pub(super) const ROWS: u64 = 2;
     pub(super) const TWIN: u64 = 3;
     pub(super) const SHADOW: u64 = 4;
-    pub(super) const WALK: u64 = 7;
+    pub(in crate::measure) const WALK: u64 = 7;
     pub(in crate::measure) const PATCHES: u64 = 8;
-}
-
-/// One sensor on its way to the tolerance.
-#[derive(Debug)]
-pub(super) struct SensorState {
-    pub(super) probe: Probe,
-    /// Direct irradiance per unit exitance: by set (one entry where it is exact), by group.
-    direct: Vec<Vec<f64>>,
-    sums: Vec<SetSums>,
-    /// Rays of each set.
-    pub(super) done: u32,
-    wanted: u32,
-    /// Distance within which its rays go on as paths, in the program's frame; never less than an element's size.
-    pub(super) near: f64,
-    /// Gather rays bring emission too; `direct` is for the report alone.
-    glowing: bool,
-    /// Illuminance of the scene as it stands, and what is stated of it.
-    pub(super) light: Light,
-    pub(super) y: Stated,
-    /// The same in every state of the lights.
-    pub(super) states: Vec<(Light, Stated)>,
-    /// Every band, when asked for.
-    pub(super) bands: Vec<Stated>,
-    /// What earlier rounds told of the noise: Y, states, bands.
-    memory: Vec<Memory>,
-}
-
-/// Illuminance in one state of the lights, and its parts.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Light {
-    pub(super) xyz: [f64; 3],
-    /// Without diffuse reflection: of emitters, of the sun, of the sky.
-    pub(super) direct_y: f64,
-    pub(super) sun_y: f64,
-    pub(super) sky_y: f64,
-    /// Last left the ground or an outside surface.
-    pub(super) external_y: f64,
-    /// The rest of it.
-    pub(super) reflected_y: f64,
 }
 
 /// What the loop settled on.
@@ -109,18 +57,6 @@ pub(super) struct Adapted {
     /// Rays per sensor: smallest and largest.
     pub(super) sensor_rays: (u32, u32),
     pub(super) accuracy: f64,
-}
-
-/// A landing: surface, side, place on it.
-type Landed = (usize, bool, DVec2);
-
-/// What sensors and pixels ask for, at first hand and at any other.
-struct Demand {
-    landings: Vec<Landed>,
-    /// Median distance of what the sensors see, in the program's frame.
-    reach: f64,
-    /// What they feel of each place.
-    importance: Importance,
 }
 
 /// A scene with its tolerance, ready to be worked on.
@@ -207,7 +143,7 @@ impl Task<'_> {
 
     /// First element size, in the program's frame: at 5 % a 24th of the scene, or an eighth of the distance at which
     /// sensors meet surfaces where that is less; finer for less.
-    fn first_size(&self, reach: f64) -> f64 {
+    pub(super) fn first_size(&self, reach: f64) -> f64 {
         let wanted = (self.options.tolerance / 0.05).powf(0.4).clamp(0.1, 2.0);
         let wanted = wanted * (1.0 / 24.0f64).min(reach / 8.0);
         let area: f64 = self.world.surfaces.list.iter().map(|s| s.area).sum();
@@ -216,7 +152,7 @@ impl Task<'_> {
         wanted.max((area / 200_000.0).sqrt())
     }
 
-    fn first_rays(&self) -> u32 {
+    pub(super) fn first_rays(&self) -> u32 {
         let wanted = 128.0 * (0.05 / self.options.tolerance).powf(1.5);
         (wanted.clamp(16.0, f64::from(MAX_SET_RAYS)) as u32).next_power_of_two().min(MAX_SET_RAYS)
     }
@@ -292,79 +228,6 @@ impl Task<'_> {
     }
 
     /// Where the first rays of the sensors and of some pixels land.
-    fn demand(&self, grids: &[Vec<SensorState>]) -> Demand {
-        let probes = grids.iter().flatten().map(|s| &s.probe);
-        let sensors: Vec<&Probe> = probes.filter(|p| p.status == Status::Ok).collect();
-        let look = |rays: std::ops::Range<u32>| -> Vec<Vec<Landed>> {
-            let from = |(i, p): (usize, &&Probe)| {
-                let points = Points::new(seed(&[self.options.seed, stream::SENSOR, i as u64]));
-                rays.clone().filter_map(|k| self.landing(p.position, p.facing, &points, k)).collect()
-            };
-            sensors.par_iter().enumerate().map(from).collect()
-        };
-        let count = (2 * self.first_rays()).min(DEMAND_RAYS);
-        let from_sensors = look(0..count);
-        let distance =
-            |p: &Probe, (surface, _, uv): &Landed| self.world.surfaces.list[*surface].point(*uv).distance(p.position);
-        let distances = sensors.iter().zip(&from_sensors).flat_map(|(p, l)| l.iter().map(|l| distance(p, l)));
-        let reach = if from_sensors.is_empty() { 1.0 } else { super::statement::median(distances.collect()) };
-        // What rows take for all that light reaches has to be there: hardly an element may be missed.
-        let area: f64 = self.world.surfaces.list.iter().map(|s| s.area).sum();
-        let cells = area / self.first_size(reach).powi(2);
-        let walks = ((WALKS_A_CELL * cells) as usize).clamp(FEWEST_WALKS, MOST_WALKS);
-        let more = look(count..count.max((walks / sensors.len().max(1)) as u32));
-        let from_views = self.scene.views.iter().map(|v| super::picture::demand(self.world, self.optics, v, self));
-        let first: Vec<Landed> = from_sensors.into_iter().chain(more).chain(from_views).flatten().collect();
-        let landings = self.walk(&first);
-        let importance = Importance::new(landings.iter().map(|l| (l.0 as u32, l.2)).collect());
-        Demand { landings, reach, importance }
-    }
-
-    /// Where the light that the sensors feel comes from, at first hand and at any other: walks from the first landings,
-    /// which go on at each with the chance of its reflectance in the brightest band.
-    fn walk(&self, first: &[Landed]) -> Vec<Landed> {
-        let found: Vec<Vec<Landed>> = first
-            .par_iter()
-            .enumerate()
-            .with_min_len(256)
-            .map(|(walk, start)| {
-                let mut at = *start;
-                let mut list = vec![at];
-                let points = Points::new(seed(&[self.options.seed, stream::WALK, walk as u64]));
-                for bounce in 0..MAX_REFLECTIONS {
-                    let surface = &self.world.surfaces.list[at.0];
-                    let mut chance = points.get(bounce, 4);
-                    let scatter = self.optics.scatter(surface.material, at.1, &mut chance);
-                    let most = scatter.shares.iter().copied().fold(0.0, f32::max);
-                    if chance >= f64::from(most / scatter.odds) {
-                        break;
-                    }
-                    let normal = surface.side_normal(at.1 != scatter.passes);
-                    let x = self.world.lift(surface.point(at.2), normal);
-                    let Some(next) = self.landing(x, normal.into(), &points, bounce) else { break };
-                    at = next;
-                    list.push(at);
-                }
-                list
-            })
-            .collect();
-        found.into_iter().flatten().collect()
-    }
-
-    /// Where a gather ray lands.
-    pub(super) fn landing(&self, x: glam::DVec3, facing: Facing, points: &Points, k: u32) -> Option<Landed> {
-        let (a, b) = points.pair(k, 0);
-        let ray = Ray::new(x, facing.direction(a, b));
-        let hit = self.world.caster.closest(&ray);
-        let mut tint = Tint::new(self.optics.pad);
-        match follow(self.world, self.optics, ray, hit, Fork::Chance(0.5), &mut tint, &mut 0) {
-            Landing::Surface { surface, front, point, .. } => {
-                Some((surface as usize, front, self.world.surfaces.list[surface as usize].uv(point)))
-            }
-            _ => None,
-        }
-    }
-
     fn gather(&self, main: &Solved, twin: &Solved, grids: &mut [Vec<SensorState>], round: usize) -> (u64, u64) {
         let field = Field {
             world: self.world,
@@ -538,161 +401,4 @@ impl Task<'_> {
 /// Number of lit sensors that hold the tolerance in one quantity: Y is number 0, states and bands follow.
 fn holding_in(grid: &[SensorState], quantity: usize, tolerance: f64) -> usize {
     grid.iter().filter(|s| s.probe.status == Status::Ok && s.stated(quantity).holds(tolerance)).count()
-}
-
-impl SensorState {
-    fn restart(&mut self, optics: &Optics) {
-        self.sums.iter_mut().for_each(|s| *s = SetSums::new(optics, REPLICAS, true));
-        self.done = 0;
-    }
-
-    /// Wants more rays for an error `excess` times too large. `false`: it has as many as may be.
-    fn ask_rays(&mut self, excess: f64) -> bool {
-        // Noise of a well-spread set falls nearly as n^-0.75.
-        let factor = (excess.powf(1.5).ceil() as u32).next_power_of_two().clamp(2, 16);
-        let before = self.wanted;
-        self.wanted = self.done.saturating_mul(factor).min(MAX_SET_RAYS);
-        self.wanted > before
-    }
-
-    /// Lets rays go on as paths from further away, and begins anew: that trades what elements of size `size` hide for
-    /// noise of rays. `false`: all go on already.
-    fn look_further(&mut self, size: f64, optics: &Optics) -> bool {
-        let near = self.near.max(size);
-        if near >= 1.0 {
-            return false;
-        }
-        self.near = FURTHER * near;
-        self.wanted = ((f64::from(self.wanted) * PATHS_WANT) as u32).min(MAX_SET_RAYS);
-        self.restart(optics);
-        let keep = |m: &Memory| Memory { design: m.design.scaled(1.0), ..Memory::default() };
-        self.memory = self.all_stated().map(|s| keep(&s.memory)).collect();
-        true
-    }
-
-    /// Keeps what this round told, for one with finer elements, whose area is `area` times what it was.
-    fn remember_mesh(&mut self, area: f64) {
-        let keep = |m: &Memory| Memory { rows: m.rows.scaled(area), design: m.design.scaled(1.0) };
-        self.memory = self.all_stated().map(|s| keep(&s.memory)).collect();
-    }
-
-    /// Keeps what this round told, for one with more rays in the same solution.
-    fn remember_rays(&mut self) {
-        let rows: Vec<_> = (0..self.all_stated().count()).map(|q| self.memory(q).rows).collect();
-        let design = self.all_stated().map(|s| s.memory.design.scaled(1.0));
-        self.memory = design.zip(rows).map(|(design, rows)| Memory { rows, design }).collect();
-    }
-
-    fn all_stated(&self) -> impl Iterator<Item = &Stated> {
-        std::iter::once(&self.y).chain(self.states.iter().map(|s| &s.1)).chain(&self.bands)
-    }
-
-    fn memory(&self, quantity: usize) -> Memory {
-        self.memory.get(quantity).copied().unwrap_or_default()
-    }
-
-    fn stated(&self, quantity: usize) -> &Stated {
-        match quantity {
-            0 => &self.y,
-            q if q <= self.states.len() => &self.states[q - 1].1,
-            q => &self.bands[q - 1 - self.states.len()],
-        }
-    }
-
-    /// The quantity furthest beyond the tolerance among those that matter, if any is.
-    fn worst(&self, quantities: &[usize], tolerance: f64) -> Option<Stated> {
-        if self.probe.status != Status::Ok {
-            return None;
-        }
-        let excess = |s: &Stated| s.error / s.scale;
-        quantities
-            .iter()
-            .map(|q| self.stated(*q))
-            .filter(|s| !s.holds(tolerance))
-            .max_by(|a, b| excess(a).total_cmp(&excess(b)))
-            .copied()
-    }
-
-    fn direct(&self, set: usize) -> &[f64] {
-        &self.direct[set % self.direct.len()]
-    }
-
-    fn direct_band(&self, optics: &Optics, set: usize, band: usize) -> f64 {
-        if self.glowing {
-            return 0.0;
-        }
-        optics.lanes(band).map(|lane| optics.direct_in_band(self.direct(set), lane)).sum()
-    }
-
-    fn direct_xyz(&self, optics: &Optics, levels: &[f64], set: usize) -> [f64; 3] {
-        if self.glowing { [0.0; 3] } else { optics.xyz_of_direct(self.direct(set), levels) }
-    }
-
-    /// Illuminance with a level for each channel.
-    fn light(&self, optics: &Optics, levels: &[f64]) -> Light {
-        let mut light = Light::default();
-        let share = 1.0 / REPLICAS as f64;
-        for a in 0..REPLICAS {
-            let direct = self.direct_xyz(optics, levels, a);
-            let part = |part| share * optics.lux_of_direct(self.direct(a), levels, part);
-            let (in_mirrors, outside) = self.sums[a].outside_y(levels);
-            light.direct_y += part(LightPart::Lamps);
-            light.sun_y += part(LightPart::Sun);
-            light.sky_y += part(LightPart::Sky) + share * in_mirrors;
-            light.external_y += part(LightPart::Ground) + share * outside;
-            light.reflected_y -= share * (in_mirrors + outside);
-            for b in 0..REPLICAS {
-                let reflected = self.sums[a].xyz(b, optics, levels, false);
-                light.reflected_y += share * share * reflected[1];
-                for k in 0..3 {
-                    light.xyz[k] += share * share * (direct[k] + reflected[k]);
-                }
-            }
-        }
-        if self.glowing {
-            // Direct light is part of what the rays brought: take it out for the report.
-            let direct: f64 = (0..REPLICAS).map(|a| optics.xyz_of_direct(self.direct(a), levels)[1]).sum();
-            light.direct_y = (direct / REPLICAS as f64).min(light.xyz[1]);
-            light.reflected_y = light.xyz[1] - light.direct_y;
-        }
-        light
-    }
-
-    fn total_rays(&self) -> f64 {
-        self.sums.iter().map(|s| f64::from(s.rays)).sum::<f64>().max(1.0)
-    }
-
-    fn readings_y(&self, optics: &Optics, levels: &[f64], quantity: usize) -> Readings {
-        let mut r = Readings { memory: self.memory(quantity), ..Readings::default() };
-        let (mut mean, mut square) = (0.0, 0.0);
-        for a in 0..REPLICAS {
-            let direct = self.direct_xyz(optics, levels, a)[1];
-            for b in 0..REPLICAS {
-                let reflected = self.sums[a].xyz(b, optics, levels, false)[1];
-                r.main[a][b] = direct + reflected;
-                r.twin[a][b] = direct + self.sums[a].xyz(b, optics, levels, true)[1];
-                mean += reflected / (REPLICAS * REPLICAS) as f64;
-            }
-            square += self.sums[a].mean_square_y(levels) / REPLICAS as f64;
-        }
-        r.naive = (square - mean * mean).max(0.0) / self.total_rays();
-        r
-    }
-
-    fn readings(&self, optics: &Optics, band: usize) -> Readings {
-        let mut r = Readings { memory: self.memory(1 + self.states.len() + band), ..Readings::default() };
-        let (mut mean, mut square) = (0.0, 0.0);
-        for a in 0..REPLICAS {
-            let direct = self.direct_band(optics, a, band);
-            for b in 0..REPLICAS {
-                let reflected = self.sums[a].band(b, band, optics, false);
-                r.main[a][b] = direct + reflected;
-                r.twin[a][b] = direct + self.sums[a].band(b, band, optics, true);
-                mean += reflected / (REPLICAS * REPLICAS) as f64;
-            }
-            square += self.sums[a].mean_square(band) / REPLICAS as f64;
-        }
-        r.naive = (square - mean * mean).max(0.0) / self.total_rays();
-        r
-    }
 }

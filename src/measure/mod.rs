@@ -10,6 +10,7 @@ mod appraisal;
 mod camera;
 mod classic;
 mod coefficients;
+mod demand;
 mod gather;
 mod glare;
 mod ledger;
@@ -22,6 +23,7 @@ mod remarks;
 mod result;
 mod room_surfaces;
 mod run;
+mod sensor_state;
 mod statement;
 mod states;
 

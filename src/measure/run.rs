@@ -6,7 +6,7 @@ use std::time::Instant;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::adaptive::{Adapted, Light, SensorState, Task};
+use super::adaptive::{Adapted, Task};
 use super::alpha_opic::AlphaOpicScale;
 use super::appraisal::Appraisal;
 use super::coefficients::Coefficients;
@@ -16,6 +16,7 @@ use super::probe::{Probe, hidden};
 use super::result::{
     BandValue, GridResult, Ledger, LeftOut, Measurement, Record, SensorResult, Setting, StateResult, Status, ViewResult,
 };
+use super::sensor_state::{Light, SensorState};
 use super::statement::Stated;
 use super::states::{Channels, State};
 use super::{appraisal, classic, glare, ledger, path_tracing, picture, room_surfaces};

@@ -16,6 +16,7 @@ mod file;
 mod glazing;
 mod grid;
 mod load;
+mod loose;
 mod luminaire;
 mod material;
 mod obj;
