@@ -1,7 +1,7 @@
 //! Files that once broke a reader, and what is right for them.
 
 /// Reader, file, and is it to be accepted?
-pub(crate) const FOUND: [(&str, &[u8], bool); 9] = [
+pub(crate) const FOUND: [(&str, &[u8], bool); 10] = [
     // Angles so close that a slope between them is no number: they are one angle.
     ("ies", b"TILT=NONE\n1 1000 1 3 1 2 1 0 0 0\n1 1 50\n-90 0 1e-308\n0 45\n0 9 0\n0 7 0\n", false),
     // Planes all round with a wide last step: written as EULUMDAT they end before 360°.
@@ -18,6 +18,8 @@ pub(crate) const FOUND: [(&str, &[u8], bool); 9] = [
     ),
     // More candelas than a file can hold.
     ("ies", b"TILT=NONE\n1 1000 1e9 2 1 1 1 0 0 0\n1e9 1 50\n0 90\n0\n9 0\n", false),
+    // Ten thousand million lamps of 1,000 lm: more than EULUMDAT, which states them together, can be read with.
+    ("ies", b"TILT=NONE\n9999999999 1000 1 2 1 1 2 0.1 0.1 0\n1 1 9\n0 90\n0\n9 0\n", true),
     // An opening as wide as a planet's orbit.
     ("ies", b"TILT=NONE\n1 1000 1 2 1 1 2 1e11 1 0\n1 1 50\n0 90\n0\n9 0\n", false),
     // 4e17 hours from UTC: taken off day by day, for ever.

@@ -114,7 +114,7 @@ pub fn to_eulumdat(p: &Photometry) -> Result<String> {
     if lamps_lm <= 0.0 {
         return Err(Error::impossible("EULUMDAT scales by lumens, and this luminaire has none").mend("keep it as IES"));
     }
-    if web.peak().0.max(flux_lm) * 1000.0 / lamps_lm > LARGEST {
+    if lamps_lm > LARGEST || web.peak().0.max(flux_lm) * 1000.0 / lamps_lm > LARGEST {
         return Err(Error::impossible(format!("{flux_lm:e} lm cannot be scaled by the {lamps_lm:e} lm of its lamps"))
             .mend("keep it as IES"));
     }
