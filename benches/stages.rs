@@ -5,8 +5,8 @@ mod common;
 use std::f64::consts::TAU;
 use std::path::Path;
 
-use clerestory::scene::{Axes, Emission, Face, Material, MaterialKind, Scene, load};
-use clerestory::spectrum::{BandMode, SpectralValue, Spectrum};
+use clerestory::scene::{Build, Emission, Material, MaterialKind, Scene, load};
+use clerestory::spectrum::{SpectralValue, Spectrum};
 use clerestory::transport::caster::{Hit, MISS, Ray};
 use clerestory::transport::points::Points;
 use clerestory::transport::{DirectScratch, World, direct};
@@ -119,48 +119,23 @@ fn bounds(world: &World) -> (DVec3, DVec3) {
 fn hall() -> Scene {
     let grey = |v: f64| MaterialKind::Diffuse { front: SpectralValue::Grey(v), back: SpectralValue::Grey(v) };
     let lamp = Emission { radiance: Spectrum::constant(1.0), two_sided: false, group: None };
-    let mut scene = Scene {
-        title: "Hall".into(),
-        faces: Vec::new(),
-        objects: vec!["hall".into()],
-        materials: vec![
-            Material { name: "grey".into(), kind: grey(0.5), emission: None, outside: false },
-            Material { name: "lamp".into(), kind: grey(0.0), emission: Some(lamp), outside: false },
-        ],
-        bands: BandMode::Grey,
-        grids: Vec::new(),
-        views: Vec::new(),
-        daytime: None,
-        luminaires: Vec::new(),
-        modelling: Vec::new(),
-        requirements: Vec::new(),
-        power: None,
-        observers: Vec::new(),
-        states: Vec::new(),
-        occupancy: Default::default(),
-        blinds: Vec::new(),
-        axes: Axes::ZUp,
-        inputs: Vec::new(),
-        warnings: Vec::new(),
-    };
-    let room = cuboid(DVec3::new(20.0, 10.0, 4.0), DVec3::new(20.0, 10.0, 4.0), 0.0);
-    scene.faces.extend(room.into_iter().map(|mut v| {
-        v.reverse();
-        face(v, 0)
-    }));
+    let mut build = Build::new();
+    let walls = build.material(Material { name: "grey".into(), kind: grey(0.5), emission: None, outside: false });
+    let lamp = build.material(Material { name: "lamp".into(), kind: grey(0.0), emission: Some(lamp), outside: false });
+    build.room(DVec3::ZERO, DVec3::new(40.0, 20.0, 8.0), [walls; 6]);
     for k in 0..8 {
-        let (x, y) = (5.0 + 10.0 * f64::from(k / 2), 5.0 + 10.0 * f64::from(k % 2));
-        let corner = |dx: f64, dy: f64| DVec3::new(x + dx, y + dy, 7.9);
-        scene.faces.push(face(vec![corner(-0.6, -0.6), corner(-0.6, 0.6), corner(0.6, 0.6), corner(0.6, -0.6)], 1));
+        build.lamp(DVec3::new(5.0 + 10.0 * f64::from(k / 2), 5.0 + 10.0 * f64::from(k % 2), 7.9), 1.2, lamp);
     }
     let points = Points::new(3);
     for i in 0..1660 {
         let [x, y, z, a, b, c, turn] = [0, 1, 2, 3, 4, 5, 6].map(|d| points.get(i, d));
         let centre = DVec3::new(0.6 + 38.8 * x, 0.6 + 18.8 * y, 0.5 + 5.0 * z * z);
         let half = DVec3::new(0.05 + 0.3 * a, 0.05 + 0.3 * b, 0.05 + 0.3 * c);
-        scene.faces.extend(cuboid(centre, half, TAU * turn).into_iter().map(|v| face(v, 0)));
+        cuboid(centre, half, TAU * turn).iter().for_each(|v| {
+            build.face(v, walls);
+        });
     }
-    scene
+    build.0
 }
 
 /// Six quads that look outward.
@@ -173,11 +148,4 @@ fn cuboid(centre: DVec3, half: DVec3, turn: f64) -> [Vec<DVec3>; 6] {
     };
     let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
     quads.map(|q| q.map(corner).to_vec())
-}
-
-fn face(vertices: Vec<DVec3>, material: usize) -> Face {
-    let across = (1..vertices.len() - 1)
-        .map(|k| (vertices[k] - vertices[0]).cross(vertices[k + 1] - vertices[0]))
-        .sum::<DVec3>();
-    Face { normal: across.normalize(), area_m2: 0.5 * across.length(), vertices, material, object: 0 }
 }

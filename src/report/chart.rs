@@ -7,7 +7,7 @@ use glam::DVec2;
 use super::canvas::{Colour, INK, LINE};
 use super::drawing::{Anchor, Drawing, Mark};
 use super::file::write_whole;
-use super::panel::{Panel, STYLES, heading, plain};
+use super::panel::{Panel, heading, plain, style};
 use super::text::Font;
 use crate::chart::{Chart, Found, Point, pareto};
 use crate::error::{Error, ErrorKind, Result};
@@ -141,12 +141,9 @@ fn draw(chart: &Chart) -> Drawing {
             methods.push(&p.method);
         }
     }
-    let style = |p: &Point| {
-        let k = methods.iter().position(|m| *m == p.method).unwrap_or(0);
-        STYLES[k % STYLES.len()]
-    };
-    speed_panel(&mut d, chart, &methods, &style);
-    honesty_panel(&mut d, chart, &style);
+    let style_of = |p: &Point| style(methods.iter().position(|m| *m == p.method).unwrap_or(0));
+    speed_panel(&mut d, chart, &methods, &style_of);
+    honesty_panel(&mut d, chart, &style_of);
     legend(&mut d, &methods, chart);
     d
 }
@@ -231,7 +228,7 @@ fn legend(d: &mut Drawing, methods: &[&str], chart: &Chart) {
     let per_column = methods.len().div_ceil(3).max(1);
     for (k, method) in methods.iter().enumerate() {
         let at = DVec2::new(60.0 + column * (k / per_column) as f64, LEGEND_TOP + line * (k % per_column) as f64);
-        let (colour, mark) = STYLES[k % STYLES.len()];
+        let (colour, mark) = style(k);
         d.mark(at + DVec2::new(0.0, 10.0), mark, 6.0, colour, false);
         d.text(at + DVec2::new(18.0, 0.0), method, Font::Body, INK, Anchor::Start);
     }

@@ -7,7 +7,7 @@ use glam::DVec2;
 use super::canvas::{INK, LINE};
 use super::drawing::{Anchor, Drawing, Mark};
 use super::file::write_whole;
-use super::panel::{Panel, STYLES, heading, plain};
+use super::panel::{Panel, heading, plain, style};
 use super::text::Font;
 use crate::Result;
 
@@ -85,7 +85,7 @@ fn draw_panel(d: &mut Drawing, content: &CurvePanel, corner: DVec2) {
     panel.frame(d, [&content.axes[0], &content.axes[1]], [short, short]);
     heading(d, &panel, &content.heading);
     for (k, curve) in content.curves.iter().enumerate() {
-        let (colour, mark) = STYLES[k % STYLES.len()];
+        let (colour, mark) = style(k);
         let seen = curve.points.iter().filter(|p| p[0] > 0.0 && p[1] > 0.0);
         let places: Vec<DVec2> = seen.map(|p| panel.place(p[0], p[1])).collect();
         d.line(&places, colour, 2.0);

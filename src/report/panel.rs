@@ -9,7 +9,7 @@ use super::text::Font;
 const GRID: Colour = [226; 3];
 
 /// Colours that stay apart for colour-blind eyes (after Okabe and Ito 2008) and the forms that go with them.
-pub(super) const STYLES: [(Colour, Mark); 12] = [
+const STYLES: [(Colour, Mark); 12] = [
     ([213, 94, 0], Mark::Circle),
     ([0, 114, 178], Mark::Square),
     ([0, 158, 115], Mark::Diamond),
@@ -23,6 +23,13 @@ pub(super) const STYLES: [(Colour, Mark); 12] = [
     ([160, 30, 60], Mark::Square),
     ([30, 60, 120], Mark::Up),
 ];
+
+/// Colour and form of one of many: beyond the last colour they come again with other forms.
+pub(super) fn style(number: usize) -> (Colour, Mark) {
+    let n = STYLES.len();
+    (STYLES[number % n].0, STYLES[(number + number / n) % n].1)
+}
+
 /// A panel with logarithmic axes.
 pub(super) struct Panel {
     pub(super) low: DVec2,
@@ -89,4 +96,17 @@ pub(super) fn plain(x: f64) -> String {
 
 pub(super) fn heading(d: &mut Drawing, panel: &Panel, text: &str) {
     d.text(DVec2::new(panel.low.x, panel.low.y - 26.0), text, Font::Label, INK, Anchor::Start);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_of_other_programs_do_not_look_like_our_own() {
+        // The eleven ways of a chart, and as many peers.
+        let styles: Vec<String> = (0..2 * STYLES.len()).map(|k| format!("{:?}", style(k))).collect();
+        let apart: std::collections::BTreeSet<&String> = styles.iter().collect();
+        assert_eq!(apart.len(), styles.len());
+    }
 }
