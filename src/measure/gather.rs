@@ -13,8 +13,8 @@ use crate::solve::Solution;
 use crate::transport::caster::{Hit, MISS, Ray};
 use crate::transport::points::{Points, seed};
 use crate::transport::{
-    DirectScratch, Fork, Landing, Optics, Tint, World, chance_weight, cosine_direction, deposit, direct, direct_parts,
-    follow, through_panes,
+    DirectScratch, Fork, Landing, Optics, Tint, World, chance_weight, cosine_direction, deposit, direct,
+    direct_at_vertex, follow, through_panes,
 };
 
 /// Independent ray sets, and independent solutions to look up.
@@ -542,7 +542,7 @@ impl<'a> Gatherer<'a> {
             } else if !glowing {
                 self.factors.fill(0.0);
                 let shadow = seed(&[stream, u64::from(k), u64::from(bounce)]);
-                direct_parts(world, (x, normal), shadow, false, &mut self.scratch, &mut self.factors);
+                direct_at_vertex(world, (x, normal), shadow, &mut self.scratch, &mut self.factors);
                 // One ray is enough of the sky: the vertex is one of many.
                 let place =
                     (points.get(k, 4 * bounce + 6), points.get(k, 4 * bounce + 7), points.get(k, 4 * bounce + 8));

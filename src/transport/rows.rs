@@ -9,8 +9,9 @@ use rayon::prelude::*;
 use super::caster::{Hit, MISS, Ray};
 use super::chain::{Fork, Landing, Tint, follow};
 use super::daylight::{GROUND, SKY};
-use super::direct::{DirectScratch, direct_at_place};
+use super::direct::DirectScratch;
 use super::optics::Optics;
+use super::places::direct_at_place;
 use super::points::{Points, seed};
 use super::world::{World, cosine_direction};
 use crate::mesh::{ElementKey, Elements};
@@ -238,8 +239,6 @@ struct Worker<'a> {
     rays: Vec<Ray>,
     hits: Vec<Hit>,
     factors: Vec<f64>,
-    /// Exitance of each group, all bands together.
-    strength: Vec<f64>,
 }
 
 impl<'a> Worker<'a> {
@@ -253,7 +252,6 @@ impl<'a> Worker<'a> {
             rays: Vec::new(),
             hits: Vec::new(),
             factors: vec![0.0; optics.columns()],
-            strength: optics.exitance.iter().map(|m| m.iter().map(|m| f64::from(*m)).sum()).collect(),
         }
     }
 
@@ -275,7 +273,7 @@ impl<'a> Worker<'a> {
         // What is worth fewer elements is worth fewer places.
         let lit_every = (self.settings.lit_every * mesh.block_side(element.key) as usize).min(rays);
         let outline: Vec<DVec3> = element.outline.iter().map(|uv| surface.point(*uv)).collect();
-        self.scratch.within(self.world, &outline, normal, &self.strength, lit_every, rays);
+        self.scratch.within(self.world, &outline, normal, lit_every, rays);
         for r in 0..replicas {
             // Neighbours take neighbouring stretches of one sequence: together their rays are as well spread as one
             // element's, and their errors cancel where a sensor sees many of them.

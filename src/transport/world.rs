@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::caster::{Caster, MISS, Ray};
 use super::daylight::{DAYLIGHT_GROUPS, GROUND, SKY};
+use super::lamps::Lamps;
 use super::points::Points;
 use super::portals::Portals;
 use super::specular::Speculars;
@@ -33,6 +34,7 @@ pub struct World {
     pub caster: Caster,
     /// What emits.
     pub emitters: Emitters,
+    lamps: Lamps,
     kinds: Vec<Kind>,
     greys: Speculars,
     groups: Vec<[Option<u32>; 2]>,
@@ -89,6 +91,7 @@ impl World {
             greys: Speculars::grey(scene),
             groups,
             surfaces,
+            lamps: Lamps::new(&emitters.list),
             emitters,
             outside: scene.materials.iter().map(|m| m.outside).collect(),
             daylight,
@@ -148,6 +151,11 @@ impl World {
     #[must_use]
     pub fn sun_images(&self) -> &SunImages {
         &self.sun_images
+    }
+
+    /// Emitting sides, where they are many.
+    pub(super) fn lamps(&self) -> &Lamps {
+        &self.lamps
     }
 
     /// Panes, as guides to the sky.
