@@ -219,7 +219,8 @@ impl Task<'_> {
                 max_elements: MAX_ELEMENTS,
             };
             let rows = Rows::expand(self.world, self.optics, &mut mesh, &settings);
-            let solution = solve::solve(self.world, self.optics, &mesh, &rows, self.accuracy())?;
+            let how = (self.accuracy(), solve::Abreast::fastest(mesh.len()));
+            let solution = solve::solve(self.world, self.optics, &mesh, &rows, how)?;
             Ok((Solved::new(mesh, solution, self.optics), rows))
         };
         let (main, rows) = build(size, stream::ROWS)?;

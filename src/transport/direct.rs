@@ -31,7 +31,7 @@ pub(super) const MANY_RAYS: u32 = 256;
 /// At one of many places of an element.
 pub(super) const ROUGH_RAYS: u32 = 8;
 /// Diameter of a lamp over its distance up to which one place on it tells its light at one of many points.
-const SMALL_LAMP: f64 = 0.125;
+pub(super) const SMALL_LAMP: f64 = 0.125;
 
 /// Buffers of one thread, and what was done with them.
 #[derive(Debug, Default)]

@@ -5,7 +5,7 @@
 
 use glam::DVec3;
 
-use super::direct::{DirectScratch, Source, add_daylight, add_source, source, sources};
+use super::direct::{DirectScratch, SMALL_LAMP, Source, add_daylight, add_source, source, sources};
 use super::lamps::{Look, rough};
 use super::points::Points;
 use super::umbra::hidden;
@@ -13,8 +13,8 @@ use super::world::World;
 use crate::light::{above_plane, configuration_factor};
 
 /// Share of an element's light below which an emitter is looked at from fewer places, and below which it takes part in a
-/// draw.
-const SMALL: f64 = 0.25;
+/// draw. The noise of the rows is several times what they leave.
+const SMALL: f64 = 1.0;
 const MINOR: f64 = 0.02;
 /// Share of the light that one draw of a set of places stands for, at most.
 const DRAWN: f64 = 0.125;
@@ -93,6 +93,10 @@ impl DirectScratch {
         let reach = polygon.iter().map(|p| p.distance(middle)).fold(0.0, f64::max);
         let Self { whole, polygon: upper, strength, .. } = self;
         let mut side = |k: usize| {
+            if world.lamps().is_small(k, middle, SMALL_LAMP) {
+                let light = |p: &DVec3| rough(world, k, *p, normal, strength);
+                return [&middle].into_iter().chain(polygon).map(light).find(|l| *l > 0.0).unwrap_or(0.0);
+            }
             let e = &world.emitters.list[k];
             let faces = |p: &DVec3| e.normal.dot(*p - e.vertices[0]) > 0.0;
             if !polygon.iter().any(faces) {

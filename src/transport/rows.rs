@@ -29,6 +29,9 @@ pub enum Target {
     Covered,
 }
 
+/// Elements whose rays are cast before any of them is entered: what they are called does not depend on it, memory does.
+const WAVE: usize = 1 << 13;
+
 const ESCAPED: u32 = u32::MAX;
 const LOST: u32 = u32::MAX - 1;
 const COVERED: u32 = u32::MAX - 2;
@@ -154,15 +157,16 @@ impl Rows {
         };
         let mut done = 0;
         while done < mesh.len() {
-            let wave: Vec<Expanded> = (done..mesh.len())
+            let to = mesh.len().min(done + WAVE);
+            let wave: Vec<Expanded> = (done..to)
                 .into_par_iter()
                 .with_min_len(16)
                 .map_init(|| Worker::new(world, optics, settings), |worker, i| worker.expand(mesh, i))
                 .collect();
-            done = mesh.len();
-            for (i, expanded) in (done - wave.len()..).zip(wave) {
+            for (i, expanded) in (done..to).zip(wave) {
                 rows.enter(world, optics, mesh, settings, (i as u32, expanded));
             }
+            done = to;
         }
         rows
     }
