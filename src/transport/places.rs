@@ -67,6 +67,11 @@ impl DirectScratch {
                 return false;
             }
             let target = match source(world, k) {
+                // A ray from each place costs less than to find out.
+                Source::Side(_) if world.lamps().is_small(k, polygon[0], SMALL_LAMP) => {
+                    major += light;
+                    return true;
+                }
                 Source::Side(e) => (&e.vertices[..], e.surface),
                 Source::Hung(l) => (&l.corners[..], usize::MAX),
             };
