@@ -2,8 +2,10 @@
 //!
 //! ```text
 //! cargo run --release --example steel-mill -- write 1 20 out/steel-mill
+//! cargo run --release --example steel-mill -- chart target/release/clerestory out/steel-mill 9
 //! ```
 
+mod chart;
 mod files;
 mod hall;
 mod parts;
@@ -24,16 +26,22 @@ fn main() -> Outcome<()> {
             println!("{polygons} polygons");
             Ok(())
         }
-        _ => Err("write AISLES BAYS FOLDER".into()),
+        ["chart", binary, folder, count] => {
+            let home = Path::new(env!("CARGO_MANIFEST_DIR")).join("experiments/steel-mill");
+            chart::chart(Path::new(binary), Path::new(folder), &home, count.parse()?)
+        }
+        _ => Err("write AISLES BAYS FOLDER, or chart PROGRAM FOLDER COUNT".into()),
     }
 }
 
-/// Writes `hall.obj`, `scene.toml` and `picture.toml`; answers the number of polygons.
+/// Writes `hall.obj`, `scene.toml` and, where pixels are asked for, `picture.toml`; answers the number of polygons.
 fn write(size: Size, pixels: Option<[usize; 2]>, folder: &Path) -> Outcome<usize> {
     std::fs::create_dir_all(folder)?;
     let (polygons, text) = files::obj(size);
     std::fs::write(folder.join("hall.obj"), text)?;
     std::fs::write(folder.join("scene.toml"), files::scene(size, None))?;
-    std::fs::write(folder.join("picture.toml"), files::scene(size, pixels))?;
+    if pixels.is_some() {
+        std::fs::write(folder.join("picture.toml"), files::scene(size, pixels))?;
+    }
     Ok(polygons)
 }

@@ -58,6 +58,11 @@ pub struct BlockResult {
 }
 
 impl Block<'_> {
+    /// Bytes that an element takes: eight vectors, the result, material and side.
+    pub(super) fn bytes_per_element() -> usize {
+        8 * size_of::<Lanes>() + size_of::<[f32; LANES]>() + size_of::<(u32, bool)>()
+    }
+
     /// Solves to a relative residual of `accuracy` in every band.
     #[must_use]
     pub fn solve(&self, accuracy: f64) -> BlockResult {

@@ -155,6 +155,11 @@ impl Exchange {
         exchange
     }
 
+    /// Bytes that an element takes with so many rays: entries with their sets, and a dozen numbers.
+    pub(super) fn bytes_per_element(rays: usize) -> usize {
+        rays * 3 * size_of::<u32>() + 12 * size_of::<f64>()
+    }
+
     /// The matrix as its rays have it.
     fn new(mesh: &Elements, rows: &Rows, replica: usize) -> Self {
         let n = mesh.len();

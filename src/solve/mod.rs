@@ -78,6 +78,19 @@ impl Abreast {
     }
 }
 
+/// Bytes that an element takes while its mesh is solved, beside its solution; with `rays` in each of the `replicas`.
+#[must_use]
+pub fn bytes_to_solve((replicas, rays): (usize, usize), pad: usize, abreast: Abreast, threads: usize) -> usize {
+    let blocks = pad / LANES;
+    let (matrices, systems) = match abreast {
+        Abreast::All => (replicas, replicas * blocks),
+        Abreast::Replica => (1, blocks.min(threads)),
+        Abreast::Block => (1, 1),
+    };
+    let openings = replicas * size_of::<f64>();
+    openings + matrices * Exchange::bytes_per_element(rays) + systems * Block::bytes_per_element()
+}
+
 /// Solves all bands of all replicas to the relative residual `accuracy`.
 ///
 /// # Errors

@@ -11,7 +11,7 @@ use crate::light::Emitter;
 
 /// Emitting sides from which on far ones are judged together; members of a cluster, at most.
 const MANY_SIDES: usize = 64;
-const MEMBERS: usize = 32;
+const MEMBERS: usize = 8;
 /// Distance from which a cluster is judged as a whole, in radii of it and of what looks.
 const FAR: f64 = 3.0;
 /// Normals that differ by less are one.

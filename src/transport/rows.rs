@@ -223,6 +223,19 @@ impl Rows {
         }
     }
 
+    /// Bytes that the rows of an element take with so many rays in all.
+    #[must_use]
+    pub fn bytes_per_element(replicas: usize, rays: usize, groups: usize, specular: bool) -> usize {
+        let per_ray = size_of::<u32>() + if specular { size_of::<(f32, u32)>() } else { 0 };
+        rays * per_ray + replicas * groups * size_of::<f32>() + size_of::<f32>()
+    }
+
+    /// Bytes that rays take before they are entered.
+    #[must_use]
+    pub fn bytes_of_a_wave(rays: usize) -> usize {
+        WAVE * (rays * size_of::<Sample>() + size_of::<Expanded>())
+    }
+
     /// The rays of one element in one replica: target, share, tint.
     pub fn row(&self, replica: usize, element: usize) -> impl Iterator<Item = (Target, f32, u32)> + '_ {
         let r = &self.replicas[replica];
