@@ -22,6 +22,7 @@ use super::bicgstab::PIECE;
 use super::is_open;
 use crate::mesh::Elements;
 use crate::transport::{Rows, Target};
+use crate::vector::wide;
 
 /// Elements in a set, about.
 const SET: usize = 64;
@@ -356,20 +357,33 @@ impl Exchange {
     /// `out = F x`, eight bands at a time; `tints` holds the bands of this block.
     pub(super) fn product(&self, x: &[[f64; 8]], tints: &[[f64; 8]], out: &mut [[f64; 8]]) {
         let x = self.seen(x);
-        let row = |i: usize| {
+        let pieces = out.par_chunks_mut(PIECE).enumerate();
+        pieces.for_each(|(k, out)| sum_rows(self, &x, tints, k * PIECE, out));
+    }
+}
+
+wide! {
+    /// The rows from a first one on, each times `x`.
+    fn sum_rows(exchange: &Exchange, x: &[[f64; 8]], tints: &[[f64; 8]], first: usize, out: &mut [[f64; 8]]) {
+        for (i, sum) in out.iter_mut().enumerate() {
             let mut acc = [0.0f64; 8];
-            for k in self.span(i) {
-                let (v, xj) = (f64::from(self.values[k]), &x[self.columns[k] as usize]);
-                match self.tints.get(k).copied().unwrap_or(0) {
-                    0 => (0..8).for_each(|lane| acc[lane] += v * xj[lane]),
+            for k in exchange.start[first + i] as usize..exchange.start[first + i + 1] as usize {
+                let (v, xj) = (f64::from(exchange.values[k]), &x[exchange.columns[k] as usize]);
+                match exchange.tints.get(k).copied().unwrap_or(0) {
+                    0 => {
+                        for lane in 0..8 {
+                            acc[lane] += v * xj[lane];
+                        }
+                    }
                     tint => {
                         let t = &tints[tint as usize];
-                        (0..8).for_each(|lane| acc[lane] += v * t[lane] * xj[lane]);
+                        for lane in 0..8 {
+                            acc[lane] += v * t[lane] * xj[lane];
+                        }
                     }
                 }
             }
-            acc
-        };
-        out.par_iter_mut().with_min_len(PIECE).enumerate().for_each(|(i, sum)| *sum = row(i));
+            *sum = acc;
+        }
     }
 }
