@@ -5,11 +5,13 @@ use std::fmt::Write;
 use super::hall::{Size, hall};
 use super::parts::Part;
 
+type Paint = (&'static str, [f64; 3], Option<(f64, u32)>);
+
 /// Paints: name, reflectance (linear Rec. 709), luminance in cd/m² and colour temperature in K where they shine.
 ///
 /// Lamps of 20,000 lm: `π L A`, with 0.137 m² of octagon. Ingots at 1,473 K with an emittance of 0.8: 0.8 times the
 /// luminance of a black body (5,750 cd/m², Planck's law through V(λ)).
-const PAINTS: [(&str, [f64; 3], Option<(f64, u32)>); 12] = [
+const PAINTS: [Paint; 12] = [
     ("concrete", [0.28, 0.26, 0.23], None),
     ("sheet", [0.42, 0.45, 0.46], None),
     ("steel", [0.20, 0.11, 0.08], None),
