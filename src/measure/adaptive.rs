@@ -234,11 +234,10 @@ impl Task<'_> {
             }
             let way = budget.way(mesh.len())?;
             let planned = budget.peak(mesh.len(), way);
-            self.progress.note(&format!(
-                "{} elements: {} of memory at the peak, by plan",
-                mesh.len(),
-                memory::size(planned)
-            ));
+            if purpose == stream::ROWS {
+                let (count, told) = (mesh.len(), memory::size(planned));
+                self.progress.note(&format!("{count} elements: {told} of memory at the peak, by plan"));
+            }
             let solution = solve::solve(self.world, self.optics, &mesh, &rows, (self.accuracy(), way))?;
             Ok((Solved::new(mesh, solution, self.optics), rows, planned))
         };
