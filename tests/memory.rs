@@ -43,11 +43,11 @@ fn a_limit_that_is_kept_changes_no_reading() {
 
 #[test]
 fn too_small_a_limit_says_what_needs_how_much() {
-    let tight = SolveOptions { max_memory: Some(40_000_000), ..within(0.01) };
+    let tight = SolveOptions { max_memory: Some(57_000_000), ..within(0.01) };
     let error = clerestory::measure::solve(&room(), &tight, &clerestory::measure::Silent).expect_err("too little");
     let told = error.to_string();
     assert!(error.is_input(), "{told}");
-    for part in ["elements in 12 bands need", "--max-memory allows 40.0MB", "mend: allow more (--max-memory "] {
+    for part in ["elements in 12 bands need", "--max-memory allows 57.0MB", "mend: allow more (--max-memory "] {
         assert!(told.contains(part), "{told}");
     }
     let tighter = SolveOptions { max_memory: Some(1000), ..within(0.01) };
@@ -67,7 +67,7 @@ fn the_peak_is_not_above_the_plan_nor_far_below_it() {
     let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/validation/cornell/scene.toml");
     let out = dir.path().join("out");
     let mut command = Command::cargo_bin("clerestory").expect("the program");
-    command.args(["solve", scene, "--tolerance", "2%", "--quiet", "--max-memory", "2GB", "-o"]).arg(&out);
+    command.args(["solve", scene, "--tolerance", "5%", "--quiet", "--max-memory", "2GB", "-o"]).arg(&out);
     command.assert().success();
     let text = std::fs::read_to_string(out.join("run.json")).expect("a record");
     let record: serde_json::Value = serde_json::from_str(&text).expect("JSON");
