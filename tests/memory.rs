@@ -4,7 +4,7 @@
 mod common;
 
 use assert_cmd::Command;
-use clerestory::measure::{GridResult, SolveOptions, parse_size};
+use clerestory::measure::{GridResult, Measurement, SolveOptions, parse_size};
 use clerestory::scene::Scene;
 use common::{diffuse, lit, solve, within};
 use glam::DVec3;
@@ -39,6 +39,9 @@ fn a_limit_that_is_kept_changes_no_reading() {
     let kept = solve(&scene, &narrow);
     assert!(kept.record.planned_bytes.is_some_and(|p| p < planned));
     assert_eq!(readings(&kept.grids), readings(&free.grids));
+    let full = SolveOptions { max_memory: kept.record.planned_bytes, ..within(0.1) };
+    let is_told = |m: &Measurement| m.record.settings.iter().any(|s| s.name == "finer mesh");
+    assert!(is_told(&solve(&scene, &full)) && !is_told(&free), "a limit that leaves no room for a finer mesh says so");
 }
 
 #[test]

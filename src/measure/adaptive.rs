@@ -60,6 +60,8 @@ pub(super) struct Adapted {
     pub(super) accuracy: f64,
     /// Most bytes planned for.
     pub(super) planned_bytes: u64,
+    /// Would the next finer mesh be beyond the memory allowed?
+    pub(super) held_by_memory: bool,
 }
 
 /// A scene with its tolerance, ready to be worked on.
@@ -128,6 +130,7 @@ impl Task<'_> {
                 let sensor_rays = counts.fold((u32::MAX, 0), |(lo, hi), s| (lo.min(s.done), hi.max(s.done)));
                 let accuracy = self.accuracy();
                 let [rows, twin_rows] = rows;
+                let finer = 2 * main.mesh.len();
                 return Ok(Adapted {
                     main,
                     twin,
@@ -142,6 +145,7 @@ impl Task<'_> {
                     sensor_rays: (sensor_rays.0.min(sensor_rays.1), sensor_rays.1),
                     accuracy,
                     planned_bytes,
+                    held_by_memory: finer > budget.most_elements() && finer <= REFINED_ELEMENTS,
                 });
             }
             if plan == Plan::Gather {

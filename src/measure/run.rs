@@ -419,6 +419,10 @@ fn describe(task: &Task<'_>, a: &Adapted, record: &mut Record) {
             "relative residual below a hundredth of the tolerance after amplification",
         ),
     ]);
+    if a.held_by_memory {
+        let why = "it would need more than --max-memory; where it was wanted, longer paths stand in for it";
+        record.settings.push(setting("finer mesh", "none".into(), why));
+    }
     record.counts.extend([
         ("elements".into(), a.main.mesh.len() as u64),
         ("elements_possible".into(), a.main.mesh.capacity() as u64),
