@@ -52,6 +52,8 @@ pub fn solve(scene: &Scene, options: &SolveOptions, progress: &dyn Progress) -> 
     let power = appraisal::power(scene, &luminaires);
     let (told, tables, ra) = (luminaires.warnings.clone(), luminaires.tables.clone(), luminaires.ra.clone());
     let world = World::with_daylight(scene, daylight).hang(luminaires);
+    let world =
+        if options.method == Method::PathTracing { world } else { world.glaze(options.tolerance, options.seed) };
     let channels = match options.method {
         Method::Auto | Method::PathTracing => Channels::new(scene, &world),
         _ => Channels::one(&world),
@@ -155,8 +157,9 @@ fn no_face() -> Error {
 /// equal energy.
 fn glazings<'a>(scene: &'a Scene, bands: &'a Bands) -> impl Iterator<Item = Setting> + 'a {
     scene.materials.iter().filter_map(|m| {
-        let MaterialKind::Glass { panes, refractive_index } = &m.kind else { return None };
-        let units = GlazingUnit::in_bands(panes, *refractive_index, &|v| bands.reflectance(v));
+        let MaterialKind::Glass { panes, refractive_index, maintenance_factor } = &m.kind else { return None };
+        let units = GlazingUnit::in_bands(panes, *refractive_index, &|v| bands.reflectance(v)).into_iter();
+        let units: Vec<GlazingUnit> = units.map(|u| u.in_use(*maintenance_factor)).collect();
         let luminous = |of: &dyn Fn(&GlazingUnit) -> f64| {
             let whole = bands.xyz(&vec![1.0; bands.len()])[1];
             bands.xyz(&units.iter().map(of).collect::<Vec<f64>>())[1] / whole
@@ -231,8 +234,7 @@ fn plan_bands(
         area[f.material] += f.area_m2;
     }
     // Daylight comes through the panes; where there are none, all is in the open.
-    let lets_in = |kind: &MaterialKind| matches!(kind, MaterialKind::Glass { .. } | MaterialKind::Translucent { .. });
-    let panes = || scene.materials.iter().zip(&area).filter(|(m, _)| lets_in(&m.kind));
+    let panes = || scene.materials.iter().zip(&area).filter(|(m, _)| m.kind.lets_light_in());
     let glazed_m2: f64 = panes().map(|(_, a)| *a).sum();
     let open_m2 = if glazed_m2 > 0.0 { glazed_m2 } else { area.iter().sum::<f64>() };
     let mut reflectances: Vec<(&SpectralValue, f64)> = Vec::new();
@@ -240,9 +242,10 @@ fn plan_bands(
     for (m, a) in scene.materials.iter().zip(&area).filter(|(_, a)| **a > 0.0) {
         match &m.kind {
             MaterialKind::Diffuse { front, back } => reflectances.extend([(front, *a), (back, *a)]),
-            MaterialKind::Translucent { front, back, transmittance } => {
+            MaterialKind::Translucent { front, back, transmittance, .. } => {
                 reflectances.extend([front, back, transmittance].map(|v| (v, *a)));
             }
+            MaterialKind::Bsdf { .. } => {} // grey
             MaterialKind::Mirror { reflectance } => reflectances.push((reflectance, *a)),
             MaterialKind::Glass { panes, .. } => reflectances.extend(panes.values().into_iter().map(|v| (v, *a))),
         }

@@ -7,9 +7,10 @@
 use glam::{DVec2, DVec3};
 
 use super::caster::{MISS, Ray};
-use super::daylight::{Parts, SkyScratch, daylight};
+use super::daylight::{Parts, SUN, SkyScratch, daylight};
 use super::hung::luminaire_lx;
 use super::optics::Optics;
+use super::panels::{Wanted, panel_light};
 use super::points::Points;
 use super::umbra::hidden;
 use super::visible::{Visible, cone_planes};
@@ -36,6 +37,8 @@ const SLIVER: f64 = 1e-11;
 /// Shadow rays: a first look, and all of them where that look sees a penumbra.
 pub(super) const FEW_RAYS: u32 = 32;
 pub(super) const MANY_RAYS: u32 = 256;
+/// Widest piece of a window with a BSDF that one point stands for at a vertex of a path, radians.
+const VERTEX_WIDTH: f64 = 0.7;
 /// At one of many places of an element.
 pub(super) const ROUGH_RAYS: u32 = 8;
 
@@ -60,6 +63,10 @@ pub struct DirectScratch {
     hiders: Vec<Vec<u32>>,
     /// The source that is looked at from a place of an element.
     looked_at: Option<usize>,
+    /// The set of cells that is read of windows with a BSDF.
+    pub set: usize,
+    /// The side of a window with a BSDF that receives the light: what passes it does not count.
+    pub receiver: Option<(u32, bool)>,
     /// Shadow rays cast.
     pub rays: u64,
     /// Exact factors worked out.
@@ -255,7 +262,19 @@ fn add_source(
         Source::Hung(l) => (l.group, luminaire_lx(world, l, x, normal, sample, scratch)),
     };
     scratch.looked_at = None;
-    out[group] += times * light;
+    let kept = if light > 0.0 { kept(world, scratch.receiver, x, &source(world, k)) } else { 0.0 };
+    out[group] += times * light * kept;
+}
+
+/// Share of a source's light that does not pass the window with a BSDF that receives it, over the mean share of any light.
+fn kept(world: &World, receiver: Option<(u32, bool)>, x: DVec3, source: &Source<'_>) -> f64 {
+    let Some((surface, front)) = receiver else { return 1.0 };
+    let middle = match source {
+        Source::Side(e) => e.vertices.iter().sum::<DVec3>() / e.vertices.len() as f64,
+        Source::Hung(l) => l.position,
+    };
+    let own = &world.surfaces.list[surface as usize];
+    world.scatterer(surface).map_or(1.0, |s| s.keeps(own, front, (x - middle).normalize_or(-own.side_normal(front))))
 }
 
 /// The same at one of many places of the polygon for which `scratch` was prepared ([`DirectScratch::within`]): what is
@@ -298,9 +317,27 @@ fn add_daylight(
     scratch: &mut DirectScratch,
     out: &mut [f64],
 ) {
-    if let Some(first) = world.daylight_group() {
+    let Some(first) = world.daylight_group() else { return };
+    let out = &mut out[first..];
+    if let Some((surface, front)) = scratch.receiver {
+        let uv = world.surfaces.list[surface as usize].uv(at.0);
+        let kept = world.panels().kept(scratch.set, surface, front, uv);
+        let wanted = if diffuse || !scratch.at_places() { 0 } else { SUN };
+        out.iter_mut().zip(kept).skip(wanted).for_each(|(sum, e)| *sum += e);
+    } else {
         let parts = if diffuse { Parts::All } else { Parts::Sun };
-        scratch.rays += daylight(world, at, sample, parts, &mut scratch.sky, &mut out[first..]);
+        scratch.rays += daylight(world, at, sample, parts, &mut scratch.sky, out);
+    }
+    if world.has_bsdf() {
+        let is_vertex = !diffuse && !scratch.at_places();
+        let wanted = Wanted {
+            width: if is_vertex { VERTEX_WIDTH } else { scratch.sky.panel_width() },
+            set: scratch.set,
+            one: is_vertex,
+            sun_alone: !diffuse && !is_vertex,
+            receiver: scratch.receiver,
+        };
+        scratch.rays += panel_light(world, at, sample, wanted, scratch, out);
     }
 }
 
