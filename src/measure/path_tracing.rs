@@ -191,9 +191,11 @@ impl<'a> Tracer<'a> {
         let mut cast = 0;
         let kept = self.kept(-look.direction);
         if let Some(window) = window_along(world, panes, x, look.direction, &mut tint, &mut cast) {
-            window.shine((world, panes), look.direction, chances, &tint, &mut 0, |group, light, tint| {
+            let mut beyond = 0;
+            window.shine((world, panes), look.direction, chances, &tint, &mut beyond, |group, light, tint| {
                 self.add_tinted(group, kept * look.weight * light, is_direct, tint);
             });
+            cast += beyond;
         }
         (self.tint, self.cast) = (tint, self.cast + cast);
     }

@@ -19,7 +19,7 @@ use super::result::{
 use super::sensor_state::{Light, SensorState};
 use super::statement::Stated;
 use super::states::{Channels, State};
-use super::{appraisal, classic, glare, ledger, path_tracing, picture, room_surfaces};
+use super::{appraisal, bsdf, classic, glare, ledger, path_tracing, picture, room_surfaces};
 use crate::error::{Error, Result};
 use crate::light::{Daylight, Emitter, Luminaire, Luminaires};
 use crate::scene::{Grid, MaterialKind, Receiver, Scene, Sensor};
@@ -52,8 +52,10 @@ pub fn solve(scene: &Scene, options: &SolveOptions, progress: &dyn Progress) -> 
     let power = appraisal::power(scene, &luminaires);
     let (told, tables, ra) = (luminaires.warnings.clone(), luminaires.tables.clone(), luminaires.ra.clone());
     let world = World::with_daylight(scene, daylight).hang(luminaires);
-    let world =
-        if options.method == Method::PathTracing { world } else { world.glaze(options.tolerance, options.seed) };
+    // Points of the reference go their own way through windows with a BSDF; pictures show what the windows send on.
+    let is_reference = options.method == Method::PathTracing && scene.views.is_empty();
+    let world = if is_reference { world } else { world.glaze(options.tolerance, options.seed) };
+    bsdf::check(&world)?;
     let channels = match options.method {
         Method::Auto | Method::PathTracing => Channels::new(scene, &world),
         _ => Channels::one(&world),
@@ -68,6 +70,8 @@ pub fn solve(scene: &Scene, options: &SolveOptions, progress: &dyn Progress) -> 
         ..Record::default()
     };
     record.settings.extend(glazings(scene, &optics.bands));
+    record.settings.extend(bsdf::settings(scene, &world));
+    record.left_out.extend(bsdf::omissions(scene, &world));
     if let Some(light) = world.daylight() {
         record.settings.extend(light.facts.iter().map(|(name, value)| Setting {
             name: name.clone(),
@@ -113,6 +117,10 @@ pub fn coefficients(
     };
     if scene.faces.is_empty() {
         return Err(no_face());
+    }
+    if let Some(m) = scene.materials.iter().find(|m| matches!(m.kind, MaterialKind::Bsdf { .. })) {
+        return Err(Error::unsupported(format!("material \"{}\": a year knows no BSDF", m.name))
+            .mend("take glass or translucent for the year, and `solve` for moments with the BSDF"));
     }
     if scene.grids.iter().any(|g| g.receiver != Receiver::Plane) {
         return Err(Error::unsupported("a year knows no cylindrical illuminance")
@@ -177,7 +185,7 @@ fn glazings<'a>(scene: &'a Scene, bands: &'a Bands) -> impl Iterator<Item = Sett
             luminous(&|u| u.hemispherical_transmittance()),
         );
         let why = format!(
-            "{} pane(s), n = {refractive_index}, at normal incidence; the transmissivity is that of one pane of the same transmittance",
+            "{} pane(s), n = {refractive_index}, at normal incidence, maintenance factor {maintenance_factor}; the transmissivity is that of one pane of the same transmittance",
             units[0].panes.len()
         );
         Some(Setting { name: format!("glass {}", m.name), value, why })

@@ -75,11 +75,6 @@ impl Source<'_> {
     pub(crate) fn impossible(&self, offset: usize, message: impl Into<String>) -> Error {
         self.place(offset, Error::impossible(message))
     }
-
-    /// Something not built at `offset`.
-    pub(crate) fn unsupported(&self, offset: usize, what: &str) -> Error {
-        self.place(offset, Error::unsupported(format!("{what} is not supported in this version: it is not built yet")))
-    }
 }
 
 /// A lighting scene: geometry, materials, and what is asked of them.

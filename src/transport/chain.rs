@@ -116,7 +116,7 @@ pub enum Fork {
     /// The same for light that is shot from where the ray begins, in place of light that arrives there.
     Shot(f64),
     /// Reflected at the pane of this number (counted from zero) and straight through all others; the tint carries the
-    /// plain reflectance and transmittances, so that the branches 0, 1, 2 ... and "none" add up. None passes a BSDF.
+    /// plain reflectance and transmittances, so that the branches 0, 1, 2 ... and "none" add up. Windows with a BSDF end it.
     Branch(u32),
 }
 
@@ -152,7 +152,7 @@ pub fn follow(
                 return Landing::Covered;
             }
             if let Some(scatterer) = world.scatterer(hit.surface)
-                && let Some(next) = fork.scatter((scatterer, surface), front, direction, tint)
+                && let Some(next) = fork.scatter((scatterer, surface), front, direction)
             {
                 tint.scatterers += 1;
                 ray = Ray::new(world.lift(point, -surface.side_normal(front)), next);
@@ -218,13 +218,9 @@ impl Fork {
         (scatterer, surface): (&Scatterer, &Surface),
         front: bool,
         direction: DVec3,
-        tint: &mut Tint,
     ) -> Option<DVec3> {
         let (u, passed, is_shot) = match self {
-            Self::Branch(_) => {
-                tint.scale *= (1.0 - scatterer.passed(surface, front, -direction)) as f32;
-                return None;
-            }
+            Self::Branch(_) => return None,
             Self::Chance(u) => (u, scatterer.passed(surface, front, -direction), false),
             Self::Shot(u) => (u, scatterer.lets_by(surface, front, direction), true),
         };

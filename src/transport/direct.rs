@@ -328,15 +328,35 @@ fn add_daylight(
         let parts = if diffuse { Parts::All } else { Parts::Sun };
         scratch.rays += daylight(world, at, sample, parts, &mut scratch.sky, out);
     }
+    if !scratch.at_places() {
+        let width = if diffuse { scratch.sky.panel_width() } else { VERTEX_WIDTH };
+        add_windows(world, at, sample, (width, !diffuse), scratch, out);
+    }
+}
+
+/// Sky, ground and sun by way of windows with a BSDF at a place of an element, in the columns of daylight.
+pub(super) fn windows_at_place(
+    world: &World,
+    at: (DVec3, DVec3),
+    sample: u64,
+    scratch: &mut DirectScratch,
+    out: &mut [f64],
+) {
+    let width = scratch.sky.panel_width();
+    add_windows(world, at, sample, (width, false), scratch, out);
+}
+
+/// The same in pieces up to a width; of many windows `one` is drawn.
+fn add_windows(
+    world: &World,
+    at: (DVec3, DVec3),
+    sample: u64,
+    (width, one): (f64, bool),
+    scratch: &mut DirectScratch,
+    out: &mut [f64],
+) {
     if world.has_bsdf() {
-        let is_vertex = !diffuse && !scratch.at_places();
-        let wanted = Wanted {
-            width: if is_vertex { VERTEX_WIDTH } else { scratch.sky.panel_width() },
-            set: scratch.set,
-            one: is_vertex,
-            sun_alone: !diffuse && !is_vertex,
-            receiver: scratch.receiver,
-        };
+        let wanted = Wanted { width, one, set: scratch.set, receiver: scratch.receiver };
         scratch.rays += panel_light(world, at, sample, wanted, scratch, out);
     }
 }

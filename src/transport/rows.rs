@@ -8,8 +8,8 @@ use rayon::prelude::*;
 
 use super::caster::{Hit, MISS, Ray};
 use super::chain::{Fork, Landing, Tint, follow};
-use super::daylight::{GROUND, SKY};
-use super::direct::{DirectScratch, direct_at_place};
+use super::daylight::{GROUND, SKY, SUN};
+use super::direct::{DirectScratch, direct_at_place, windows_at_place};
 use super::optics::Optics;
 use super::panels::PANEL_SETS;
 use super::points::{Points, seed};
@@ -290,7 +290,9 @@ impl<'a> Worker<'a> {
         let scatterer = self.world.scatterer(element.surface);
         self.scratch.receiver = scatterer.map(|_| (element.surface, element.front));
         self.scratch.within(self.world, &outline, normal, &self.strength, lit_every, rays);
+        let mut through = vec![0.0; columns];
         for r in 0..replicas {
+            through.fill(0.0);
             self.scratch.set = r % PANEL_SETS;
             // Neighbours take neighbouring stretches of one sequence: together their rays are as well spread as one
             // element's, and their errors cancel where a sensor sees many of them.
@@ -335,11 +337,19 @@ impl<'a> Worker<'a> {
                     let place = ((x, normal), k + turn);
                     let (scratch, factors) = (&mut self.scratch, &mut self.factors);
                     direct_at_place(self.world, place.0, place.1, shadow, (sky, sun), scratch, factors);
+                    if let Some(first) = self.world.daylight_group().filter(|_| sky) {
+                        windows_at_place(self.world, place.0, shadow, scratch, &mut through[first..]);
+                    }
                     for (sum, f) in out.direct[r * columns..].iter_mut().zip(&self.factors) {
                         *sum += *f as f32;
                     }
                 }
                 out.samples.push(sample);
+            }
+            // What windows with a BSDF send is looked at from one place in each set, the sun's light too.
+            for (column, light) in through.iter().enumerate().filter(|(_, light)| **light > 0.0) {
+                let places = if self.optics.daylight_of(column) == Some(SUN) { suns[r] } else { skies[r] };
+                out.direct[r * columns + column] += (light * f64::from(places)) as f32;
             }
         }
         average_direct(&mut out.direct, columns, |column| match self.optics.daylight_of(column) {

@@ -30,8 +30,8 @@ const CELLS: f64 = 256.0;
 const MOST_CELLS: f64 = 4096.0;
 /// Most cells of a window along a side.
 const MOST_ACROSS: f64 = 128.0;
-/// Widest cone of sky that one direction stands for, radians: a fraction of a patch.
-const WIDTH: f64 = 0.1;
+/// Widest cone of sky that one direction stands for, radians: about a patch; it lies anywhere in the cone, and cells are many.
+const WIDTH: f64 = 0.2;
 /// Points of a cell at which the sun is looked for.
 const SUN_POINTS: u32 = 4;
 

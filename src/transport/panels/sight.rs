@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::{Panels, Window};
 use crate::light::{above_plane, configuration_factor};
 use crate::transport::Tint;
-use crate::transport::daylight::{DAYLIGHT_GROUPS, Eye, SUN, SkyScratch, deposit, pass, with_eye};
+use crate::transport::daylight::{DAYLIGHT_GROUPS, Eye, SkyScratch, deposit, pass, with_eye};
 use crate::transport::direct::{DirectScratch, MAX_BLOCKERS};
 use crate::transport::points::Points;
 use crate::transport::visible::{Piece, cone_planes};
@@ -27,8 +27,6 @@ pub(in crate::transport) struct Wanted {
     pub(in crate::transport) set: usize,
     /// Of many windows one is drawn.
     pub(in crate::transport) one: bool,
-    /// The sun's light alone.
-    pub(in crate::transport) sun_alone: bool,
     /// The side of a window with a BSDF that receives the light.
     pub(in crate::transport) receiver: Option<(u32, bool)>,
 }
@@ -165,8 +163,7 @@ impl Look<'_> {
             let receiver = &world.surfaces.list[own as usize];
             world.scatterer(own).map_or(1.0, |s| s.keeps(receiver, front, -direction))
         });
-        let first = if self.wanted.sun_alone { SUN } else { 0 };
-        for group in (first..DAYLIGHT_GROUPS).filter(|g| radiance[*g] > 0.0) {
+        for group in (0..DAYLIGHT_GROUPS).filter(|g| radiance[*g] > 0.0) {
             deposit(out, group, self.times * kept * weight * radiance[group], tint);
         }
     }
