@@ -139,8 +139,10 @@ struct Directions<'a> {
 pub struct Seen<'a> {
     /// Unit vector.
     pub direction: DVec3,
-    /// Projected solid angle that it stands for, sr.
+    /// Projected solid angle that it stands for, sr, with the cosine of the middle of its cone.
     pub weight: f64,
+    /// Solid angle that it stands for, sr.
+    pub solid_angle: f64,
     /// What panes leave.
     pub tint: &'a Tint,
     /// Their surfaces.
@@ -158,12 +160,16 @@ impl Receiver for Directions<'_> {
             let direction = eye.anywhere([a, b, c], self.count);
             tint.reset();
             eye.at_panes(panes, direction, |pane, cosine| tint.pass(pane, cosine, 1.0));
-            (self.visit)(Seen { direction, weight, tint, panes });
+            let middle = a + b + c;
+            let cosine = eye.normal.dot(middle) / middle.length();
+            let solid_angle = if weight > 0.0 { weight / cosine } else { 0.0 };
+            (self.visit)(Seen { direction, weight, solid_angle, tint, panes });
         });
     }
 
-    fn ray(&mut self, _: &Eye<'_>, direction: DVec3, (tint, panes): (&Tint, &[u32]), weight: f64, _: usize) {
-        (self.visit)(Seen { direction, weight, tint, panes });
+    fn ray(&mut self, eye: &Eye<'_>, direction: DVec3, (tint, panes): (&Tint, &[u32]), weight: f64, _: usize) {
+        let solid_angle = if weight > 0.0 { weight / eye.normal.dot(direction) } else { 0.0 };
+        (self.visit)(Seen { direction, weight, solid_angle, tint, panes });
     }
 }
 

@@ -229,6 +229,23 @@ mod tests {
     }
 
     #[test]
+    fn light_goes_back_the_way_it_came() {
+        // One way alone is open: arriving in patch 3, leaving in patch 20 (counted from 0).
+        let n = 41;
+        let only = |k: usize| if k == 20 * n + 3 { "0.2" } else { "0" };
+        let one = (0..n * n).map(only).collect::<Vec<_>>().join(",");
+        let even = vec!["0.1".to_owned(); n * n].join(",");
+        let bsdf = Bsdf::from_xml(&file(&[("Transmission Front", 0.1)]).replace(&even, &one)).unwrap();
+        let [front, back] =
+            [Passage::TransmissionFront, Passage::TransmissionBack].map(|p| bsdf.scattering(p).unwrap());
+        assert_eq!(front.value(20, 3), 0.2);
+        // Backwards light arrives opposite to patch 20, of the ring of 12 that begins with patch 9, and leaves opposite to
+        // patch 3, of the ring of 8 that begins with patch 1.
+        assert_eq!(back.value(1 + (3 - 1 + 4) % 8, 9 + (20 - 9 + 6) % 12), 0.2);
+        assert!((back.hemispherical() - front.hemispherical()).abs() < 1e-15);
+    }
+
+    #[test]
     fn files_that_cannot_be_name_the_line() {
         let good = file(&[("Transmission Front", 0.1)]);
         for (text, want) in [

@@ -237,7 +237,8 @@ fn arriving(
         } else {
             (SKY, light.sky.map_or(0.0, |sky| sky.luminance(seen.direction)))
         };
-        irradiance[group][patch] += seen.weight * luminance * f64::from(seen.tint.scale);
+        let projected = seen.solid_angle * normal.dot(seen.direction).max(0.0);
+        irradiance[group][patch] += projected * luminance * f64::from(seen.tint.scale);
     });
     let Some(sun) = light.sun.filter(|sun| normal.dot(*sun) > 0.0) else { return };
     let patch = scatterer.incoming_patch(own, front, -sun);
