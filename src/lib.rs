@@ -48,5 +48,6 @@ pub mod solve;
 pub mod spectrum;
 pub mod transport;
 pub mod validate;
+mod vector;
 
 pub use error::{Error, Result};

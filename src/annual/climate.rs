@@ -17,6 +17,8 @@ const PARTS: usize = 4;
 const SHORTEST_H: f64 = 1e-3;
 /// Altitude at the middle of an hour from which it is up all hour: it moves by 7.5 degrees in half an hour.
 const ALL_HOUR_DEG: f64 = 7.6;
+/// Rough altitude at the middle of an hour below which it is down all hour.
+const SURELY_DOWN_DEG: f64 = -ALL_HOUR_DEG - 2.0;
 
 /// Direct irradiance from which the sun shines, W/m² (WMO).
 const SUNNY_W_M2: f64 = 120.0;
@@ -155,9 +157,11 @@ fn hour(index: usize, record: &Record, utc_offset_h: f64, place: Place, north_de
     // 29 February is a day of files that follow one year; the sun of 28 February serves it.
     let day = record.day.min(days_in_month(CALENDAR_YEAR, record.month));
     let moment = |hours| Moment { year: CALENDAR_YEAR, month: record.month, day, hours: hours - utc_offset_h };
+    if SunPosition::rough_altitude_deg(&moment(record.middle_h), place) < SURELY_DOWN_DEG {
+        return Ok(None);
+    }
     let position = |hours| SunPosition::at(&moment(hours), place, Air::default());
-    let Some(sun_h) = sunlit(record.middle_h, &position)? else { return Ok(None) };
-    let position = position(sun_h)?;
+    let Some((sun_h, position)) = sunlit(record.middle_h, &position)? else { return Ok(None) };
     let sun = position.direction(north_deg);
     let input = PerezInput {
         direct_normal_w_m2: record.direct_normal_w_m2.unwrap_or(0.0),
@@ -178,14 +182,11 @@ fn hour(index: usize, record: &Record, utc_offset_h: f64, place: Place, north_de
     Ok(Some(Hour { index, month, day, middle_h, sun_h, sun, is_sunny, direct_lx, diffuse_lx, sky }))
 }
 
-/// Middle of the part of an hour in which the sun is above the horizon.
-fn sunlit(middle_h: f64, position: &impl Fn(f64) -> Result<SunPosition>) -> Result<Option<f64>> {
-    let altitude = position(middle_h)?.altitude_deg;
-    if altitude >= ALL_HOUR_DEG {
-        return Ok(Some(middle_h));
-    }
-    if altitude <= -ALL_HOUR_DEG - 1.0 {
-        return Ok(None);
+/// Middle of the part of an hour in which the sun is above the horizon, and where it stands then.
+fn sunlit(middle_h: f64, position: &impl Fn(f64) -> Result<SunPosition>) -> Result<Option<(f64, SunPosition)>> {
+    let middle = position(middle_h)?;
+    if middle.altitude_deg >= ALL_HOUR_DEG {
+        return Ok(Some((middle_h, middle)));
     }
     // Between these times the sun's altitude is as good as straight.
     let times: [f64; PARTS + 1] = std::array::from_fn(|k| middle_h - 0.5 + k as f64 / PARTS as f64);
@@ -206,5 +207,8 @@ fn sunlit(middle_h: f64, position: &impl Fn(f64) -> Result<SunPosition>) -> Resu
         moment += 0.5 * (to + from) * (to - from);
         length += to - from;
     }
-    Ok((length > SHORTEST_H).then(|| moment / length))
+    if length <= SHORTEST_H {
+        return Ok(None);
+    }
+    Ok(Some((moment / length, position(moment / length)?)))
 }

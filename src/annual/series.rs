@@ -6,6 +6,7 @@ use super::blinds::Blinds;
 use super::climate::Hour;
 use crate::light::sky::Patches;
 use crate::measure::{Coefficients, ESTIMATES, GridCoefficients, Status, SunScratch, student};
+use crate::vector::wide;
 
 /// Independent estimates of one mesh.
 const SETS: usize = ESTIMATES / 2;
@@ -58,21 +59,33 @@ pub(super) struct Luminances {
 impl Luminances {
     /// For a ground of a reflectance that lies in the open. A patch is as bright as in its middle.
     pub(super) fn new(patches: &Patches, hours: &[Hour], ground_reflectance: f64, wanted: &[bool]) -> Self {
-        let mut values = vec![0.0f32; patches.all() * hours.len()];
-        values.par_chunks_exact_mut(hours.len()).zip(wanted).enumerate().for_each(|(p, (row, wanted))| {
-            if p == patches.sky() {
-                for (value, hour) in row.iter_mut().zip(hours) {
-                    let horizontal = hour.diffuse_lx + hour.direct_lx * hour.sun.z;
-                    *value = (ground_reflectance * horizontal / std::f64::consts::PI) as f32;
-                }
-            } else if *wanted {
+        let n = hours.len();
+        let mut values = vec![0.0f32; patches.all() * n];
+        let (sky, ground) = values.split_at_mut(patches.sky() * n);
+        let mut rows: Vec<_> = Vec::new();
+        let mut rest = sky;
+        for row in patches.rows() {
+            let (own, others) = rest.split_at_mut(row.len() * n);
+            rows.push((row, own));
+            rest = others;
+        }
+        rows.into_par_iter().for_each(|(row, values)| {
+            let z = patches.middle(row.start).z;
+            // The height of a row makes the same of all its patches.
+            let gradations: Vec<f64> = hours.iter().map(|h| h.sky.map_or(0.0, |s| s.gradation(z))).collect();
+            for (p, values) in row.zip(values.chunks_exact_mut(n)).filter(|(p, _)| wanted[*p]) {
                 let middle = patches.middle(p);
-                for (value, hour) in row.iter_mut().zip(hours) {
-                    *value = (hour.sky.map_or(0.0, |sky| sky.luminance(middle)) * hour.diffuse_lx) as f32;
+                for ((value, hour), gradation) in values.iter_mut().zip(hours).zip(&gradations) {
+                    let luminance = hour.sky.map_or(0.0, |sky| sky.luminance_at(*gradation, middle));
+                    *value = (luminance * hour.diffuse_lx) as f32;
                 }
             }
         });
-        Self { values, hours: hours.len() }
+        for (value, hour) in ground.iter_mut().zip(hours) {
+            let horizontal = hour.diffuse_lx + hour.direct_lx * hour.sun.z;
+            *value = (ground_reflectance * horizontal / std::f64::consts::PI) as f32;
+        }
+        Self { values, hours: n }
     }
 
     /// Means over larger patches.
@@ -95,23 +108,31 @@ impl Luminances {
         self.values.len() / self.hours
     }
 
-    /// Adds the light of patches, each with its coefficient, to all hours: four patches at a time, over hours that stay in
-    /// the nearest cache.
+    /// Adds the light of patches, each with its coefficient, to all hours.
     fn add(&self, terms: &[(usize, f32)], to: &mut [f32]) {
-        const HOURS: usize = 2048;
-        for (part, to) in to.chunks_mut(HOURS).enumerate() {
+        add_terms(&self.values, terms, to);
+    }
+}
+
+wide! {
+    /// Adds rows of a matrix, each with its factor, to a row: four at a time, over columns that stay in the nearest cache.
+    fn add_terms(matrix: &[f32], terms: &[(usize, f32)], to: &mut [f32]) {
+        const PART: usize = 2048;
+        let width = to.len();
+        for (part, to) in to.chunks_mut(PART).enumerate() {
             let hours = to.len();
-            let of = |p: usize| &self.values[p * self.hours + part * HOURS..][..hours];
+            let of = |row: usize| &matrix[row * width + part * PART..][..hours];
             let (fours, rest) = terms.as_chunks::<4>();
             for four in fours {
                 let [(p, a), (q, b), (r, c), (s, d)] = *four;
                 let (p, q, r, s) = (of(p), of(q), of(r), of(s));
-                for (h, to) in to.iter_mut().enumerate() {
-                    *to += (a * p[h] + b * q[h]) + (c * r[h] + d * s[h]);
+                for h in 0..hours {
+                    to[h] += (a * p[h] + b * q[h]) + (c * r[h] + d * s[h]);
                 }
             }
             for (p, a) in rest {
-                to.iter_mut().zip(of(*p)).for_each(|(to, luminance)| *to += a * luminance);
+                let luminances = of(*p);
+                to.iter_mut().zip(luminances).for_each(|(to, luminance)| *to += a * luminance);
             }
         }
     }
@@ -178,20 +199,20 @@ impl Light<'_> {
     /// The sun's own light on every sensor of a grid, all blinds open.
     pub(super) fn own_suns(&self, g: usize) -> Vec<OwnSun> {
         let count = self.coefficients.grids[g].seen.len();
+        let homes: Vec<usize> = self.hours.iter().map(|h| self.coefficients.seen_patches.of(h.sun)).collect();
         (0..count)
             .into_par_iter()
             .with_max_len(4)
-            .map_init(|| self.coefficients.scratch(), |scratch, i| self.own_sun(g, i, scratch))
+            .map_init(|| self.coefficients.scratch(), |scratch, i| self.own_sun(g, i, &homes, scratch))
             .collect()
     }
 
-    /// The sun's own light, where it can come from.
-    fn own_sun(&self, g: usize, i: usize, scratch: &mut SunScratch) -> OwnSun {
-        let patches = &self.coefficients.seen_patches;
+    /// The sun's own light, where it can come from; `homes` are the patches in which the sun stands.
+    fn own_sun(&self, g: usize, i: usize, homes: &[usize], scratch: &mut SunScratch) -> OwnSun {
         let sunny = self.coefficients.sunny_patches(g, i);
         let mut list = OwnSun::new();
-        for (t, hour) in self.hours.iter().enumerate() {
-            if hour.direct_lx > 0.0 && sunny[patches.of(hour.sun)] {
+        for (t, (hour, home)) in self.hours.iter().zip(homes).enumerate() {
+            if hour.direct_lx > 0.0 && sunny[*home] {
                 let (factor, opening) = self.coefficients.sun(g, i, hour.sun, scratch);
                 if factor > 0.0 {
                     list.push((t as u32, opening as u8, (hour.direct_lx * factor) as f32));

@@ -1,6 +1,7 @@
 //! Hours of possible sunlight on single days, as EN 17037 asks for its exposure to sunlight: a cloudless day between
 //! 1 February and 21 March, the sun counted from a least altitude on that each country names.
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::climate::CALENDAR_YEAR;
@@ -14,14 +15,14 @@ pub const DAYS: [(u32, u32); 2] = [(2, 1), (3, 21)];
 const STEP_H: f64 = 1.0 / 12.0;
 
 /// Where the sun stands, step by step, on the days.
-pub(super) struct SunPaths([Vec<glam::DVec3>; 2]);
+pub(super) struct SunPaths([Vec<DVec3>; 2]);
 
 impl SunPaths {
     /// From the altitude `least_deg` on. Steps are those of universal time: a day here is from midnight to midnight by the
     /// mean sun of the place.
     pub(super) fn new(place: Place, north_deg: f64, least_deg: f64) -> Result<Self> {
         let noon_utc_h = 12.0 - place.longitude_deg / 15.0;
-        let path = |(month, day): (u32, u32)| -> Result<Vec<glam::DVec3>> {
+        let path = |(month, day): (u32, u32)| -> Result<Vec<DVec3>> {
             let mut path = Vec::new();
             let steps = (12.0 / STEP_H) as i32;
             for k in -steps..steps {
@@ -38,13 +39,14 @@ impl SunPaths {
 
     /// Hours in which the sun's disc is seen from each sensor of a grid, at least in part, blinds open.
     pub(super) fn hours(&self, coefficients: &Coefficients, grid: usize, status: &[Status]) -> Vec<[f64; 2]> {
+        let patch = |sun: &DVec3| (*sun, coefficients.seen_patches.of(*sun));
+        let paths = [0, 1].map(|d| self.0[d].iter().map(patch).collect::<Vec<_>>());
         let of = |scratch: &mut _, (i, status): (usize, &Status)| {
             let is_lit = *status == Status::Ok;
             let sunny = if is_lit { coefficients.sunny_patches(grid, i) } else { Vec::new() };
-            let mut seen = |sun: &&glam::DVec3| {
-                sunny[coefficients.seen_patches.of(**sun)] && coefficients.sun(grid, i, **sun, scratch).0 > 0.0
-            };
-            [0, 1].map(|d| if is_lit { STEP_H * self.0[d].iter().filter(&mut seen).count() as f64 } else { 0.0 })
+            let mut seen =
+                |(sun, home): &&(DVec3, usize)| sunny[*home] && coefficients.sun(grid, i, *sun, scratch).0 > 0.0;
+            [0, 1].map(|d| if is_lit { STEP_H * paths[d].iter().filter(&mut seen).count() as f64 } else { 0.0 })
         };
         status.par_iter().enumerate().with_max_len(8).map_init(|| coefficients.scratch(), of).collect()
     }

@@ -16,6 +16,7 @@ use crate::transport::{
     DirectScratch, Fork, Landing, Optics, PANEL_SETS, Tint, World, chance_weight, cosine_direction, deposit, direct,
     direct_parts, follow, through_panes,
 };
+use crate::vector::wide;
 
 /// Independent ray sets, and independent solutions to look up.
 pub(super) const REPLICAS: usize = 4;
@@ -637,19 +638,21 @@ fn dot(a: &[f32], b: &[f32]) -> f32 {
     lanes.iter().sum()
 }
 
-#[inline]
-fn add(sums: &mut [f32], values: &[f32]) {
-    for (s, v) in sums.iter_mut().zip(values) {
-        *s += v;
+wide! {
+    fn add(sums: &mut [f32], values: &[f32]) {
+        for (s, v) in sums.iter_mut().zip(values) {
+            *s += v;
+        }
     }
 }
 
-#[inline]
-fn add_weighted(sums: &mut [f32], values: &[f32], weights: &[f32]) {
-    let pad = weights.len();
-    for (sums, values) in sums.chunks_exact_mut(pad).zip(values.chunks_exact(pad)) {
-        for ((s, v), w) in sums.iter_mut().zip(values).zip(weights) {
-            *s += v * w;
+wide! {
+    fn add_weighted(sums: &mut [f32], values: &[f32], weights: &[f32]) {
+        let pad = weights.len();
+        for (sums, values) in sums.chunks_exact_mut(pad).zip(values.chunks_exact(pad)) {
+            for ((s, v), w) in sums.iter_mut().zip(values).zip(weights) {
+                *s += v * w;
+            }
         }
     }
 }

@@ -1,6 +1,5 @@
 //! What a year writes: the hourly matrix for programs, tables and pictures for people.
 
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use super::file::{Names, write_whole};
@@ -82,23 +81,34 @@ fn npy<'a>(year: &'a Year, row: impl Fn(&'a GridYear, usize) -> &'a [f32]) -> Ve
 
 /// One row a sensor, one column an hour with sun, lux; no header.
 fn ill(year: &Year) -> Vec<u8> {
-    let mut text = String::new();
+    let mut text = Vec::new();
     for grid in &year.grids {
         for i in 0..grid.sensors.len() {
             for (k, lux) in grid.series.of(i).iter().enumerate() {
-                let gap = if k == 0 { "" } else { " " };
-                // Whole numbers are written far faster than floats; the product is exact. Writing to a string cannot fail.
-                let _ = if *lux < 100.0 {
+                if k > 0 {
+                    text.push(b' ');
+                }
+                // Whole numbers are written far faster than floats; the product is exact.
+                if *lux < 100.0 {
                     let hundredths = (f64::from(*lux) * 100.0).round_ties_even() as u64;
-                    write!(text, "{gap}{}.{:02}", hundredths / 100, hundredths % 100)
+                    push_number(&mut text, hundredths / 100);
+                    let [tenth, hundredth] = [hundredths / 10 % 10, hundredths % 10].map(|d| b'0' + d as u8);
+                    text.extend_from_slice(&[b'.', tenth, hundredth]);
                 } else {
-                    write!(text, "{gap}{}", lux.round_ties_even() as u64)
-                };
+                    push_number(&mut text, lux.round_ties_even() as u64);
+                }
             }
-            text.push('\n');
+            text.push(b'\n');
         }
     }
-    text.into_bytes()
+    text
+}
+
+fn push_number(text: &mut Vec<u8>, number: u64) {
+    if number >= 10 {
+        push_number(text, number / 10);
+    }
+    text.push(b'0' + (number % 10) as u8);
 }
 
 /// The columns of the matrix: middle of each hour from the beginning of the year.

@@ -17,6 +17,7 @@
 use super::is_open;
 use crate::mesh::Elements;
 use crate::transport::{Rows, Target};
+use crate::vector::wide;
 
 /// Elements in a set, about.
 const SET: usize = 64;
@@ -300,9 +301,16 @@ impl Exchange {
     /// `out = F x`, eight bands at a time; `tints` holds the bands of this block.
     pub(super) fn product(&self, x: &[[f64; 8]], tints: &[[f64; 8]], out: &mut [[f64; 8]]) {
         let x = self.seen(x);
+        sum_rows(self, &x, tints, out);
+    }
+}
+
+wide! {
+    /// Each row times `x`.
+    fn sum_rows(exchange: &Exchange, x: &[[f64; 8]], tints: &[[f64; 8]], out: &mut [[f64; 8]]) {
         for (i, sum) in out.iter_mut().enumerate() {
             let mut acc = [0.0f64; 8];
-            for e in self.row(i) {
+            for e in exchange.row(i) {
                 let (v, xj) = (f64::from(e.value), &x[e.column as usize]);
                 if e.tint == 0 {
                     for lane in 0..8 {

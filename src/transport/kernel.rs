@@ -1,11 +1,11 @@
-//! The inner loops of the ray caster, compiled twice: for any machine, and for those with AVX2.
+//! The inner loops of the ray caster.
 //!
-//! The arithmetic is the same in both (no fused multiply-add), so the hits are the same to the last bit. The
-//! triangle test is watertight along shared edges (Woop, Benthin and Wald 2013): the three edge functions of two
+//! The triangle test is watertight along shared edges (Woop, Benthin and Wald 2013): the three edge functions of two
 //! triangles that share an edge are exact negatives of each other.
 
 use super::bvh::{EMPTY, LEAF, Leaf, MOST_LEVELS, Node, Tree, WIDTH};
 use super::caster::{Hit, Ray};
+use crate::vector::wide;
 
 /// Levels that a small stack is good for: to clear a large one takes as long as a ray through a small room.
 const FEW_LEVELS: usize = 4;
@@ -150,12 +150,13 @@ fn closest_generic(tree: &Tree, ray: &Ray, stack: &mut [(f32, u32)]) -> Hit {
     best
 }
 
-#[inline(always)]
-fn closest_all(tree: &Tree, rays: &[Ray], hits: &mut [Hit]) {
-    if tree.levels <= FEW_LEVELS {
-        closest_by::<{ waiting(FEW_LEVELS) }>(tree, rays, hits);
-    } else {
-        closest_by::<{ waiting(MOST_LEVELS) }>(tree, rays, hits);
+wide! {
+    fn closest_all(tree: &Tree, rays: &[Ray], hits: &mut [Hit]) {
+        if tree.levels <= FEW_LEVELS {
+            closest_by::<{ waiting(FEW_LEVELS) }>(tree, rays, hits);
+        } else {
+            closest_by::<{ waiting(MOST_LEVELS) }>(tree, rays, hits);
+        }
     }
 }
 
@@ -167,37 +168,11 @@ fn closest_by<const WAITING: usize>(tree: &Tree, rays: &[Ray], hits: &mut [Hit])
     }
 }
 
-#[cfg(target_arch = "x86_64")]
-#[expect(unsafe_code, reason = "the run-time check for AVX2 is the condition of the call")]
-mod x86 {
-    use super::{Hit, Ray, Tree, closest_all};
-
-    #[target_feature(enable = "avx2")]
-    fn closest_avx2(tree: &Tree, rays: &[Ray], hits: &mut [Hit]) {
-        closest_all(tree, rays, hits);
-    }
-
-    /// Runs the AVX2 copy where the machine has it.
-    #[inline]
-    pub(super) fn closest(tree: &Tree, rays: &[Ray], hits: &mut [Hit]) -> bool {
-        if std::arch::is_x86_feature_detected!("avx2") {
-            // SAFETY: the feature was found just above.
-            unsafe { closest_avx2(tree, rays, hits) };
-            return true;
-        }
-        false
-    }
-}
-
 /// Closest hits of a slice of rays.
 #[inline]
 pub(super) fn closest(tree: &Tree, rays: &[Ray], hits: &mut [Hit]) {
     if tree.nodes.is_empty() {
         hits.iter_mut().zip(rays).for_each(|(h, r)| *h = Hit { t: r.t_max, surface: EMPTY });
-        return;
-    }
-    #[cfg(target_arch = "x86_64")]
-    if x86::closest(tree, rays, hits) {
         return;
     }
     closest_all(tree, rays, hits);

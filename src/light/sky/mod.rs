@@ -67,7 +67,7 @@ impl SkyModel {
 
     /// Luminance in any unit: `cosine` of the angle from the zenith, `toward` cosine of the angle from the sun.
     fn shape(&self, cosine: f64, toward: f64) -> f64 {
-        self.graded(cosine, self.indicatrix(toward))
+        (self.gradation(cosine) * self.indicatrix(toward)).max(0.0)
     }
 
     /// What the angle from the sun makes of the luminance.
@@ -79,17 +79,14 @@ impl SkyModel {
         }
     }
 
-    /// The luminance from the indicatrix and the height above the horizon.
-    fn graded(&self, cosine: f64, indicatrix: f64) -> f64 {
+    /// What the height above the horizon makes of it. Some combinations of Perez's fit go below zero; light does not, and
+    /// whoever multiplies the two ends there.
+    fn gradation(&self, cosine: f64) -> f64 {
         match self {
             Self::Uniform => 1.0,
             Self::Overcast => (1.0 + 2.0 * cosine) / 3.0,
-            Self::Cie(k) => (1.0 + k.a * (k.b / cosine.max(1e-9)).exp()) * indicatrix,
-            Self::Perez(k) => {
-                let gradation = 1.0 + k.a * (k.b / cosine.max(LEAST_COSINE)).min(MOST_EXPONENT).exp();
-                // Some combinations of the fit go below zero; light does not.
-                (gradation * indicatrix).max(0.0)
-            }
+            Self::Cie(k) => 1.0 + k.a * (k.b / cosine.max(1e-9)).exp(),
+            Self::Perez(k) => 1.0 + k.a * (k.b / cosine.max(LEAST_COSINE)).min(MOST_EXPONENT).exp(),
         }
     }
 }
@@ -129,7 +126,7 @@ impl Sky {
         let horizontal = match model {
             SkyModel::Uniform => PI,
             SkyModel::Overcast => 7.0 * PI / 9.0,
-            _ => integral::horizontal(|t| model.indicatrix(t), |c, i| model.graded(c, i), sun.z, rule),
+            _ => integral::horizontal(|t| model.indicatrix(t), |c, i| (model.gradation(c) * i).max(0.0), sun.z, rule),
         };
         Self { model, sun, horizontal }
     }
@@ -142,6 +139,19 @@ impl Sky {
             return 0.0;
         }
         self.model.shape(direction.z, direction.dot(self.sun)) / self.horizontal
+    }
+
+    /// What the luminances of all directions of one height share, for [`Sky::luminance_at`].
+    #[must_use]
+    pub fn gradation(&self, height: f64) -> f64 {
+        self.model.gradation(height) / self.horizontal
+    }
+
+    /// [`Sky::luminance`] of a direction of the sky from the gradation at its height.
+    #[must_use]
+    #[inline]
+    pub fn luminance_at(&self, gradation: f64, direction: DVec3) -> f64 {
+        (gradation * self.model.indicatrix(direction.dot(self.sun))).max(0.0)
     }
 
     /// Horizontal illuminance over the luminance of the zenith, sr.
@@ -180,7 +190,7 @@ mod tests {
 
     #[test]
     fn overcast_sky_gives_seven_ninths_of_pi() {
-        let integral = integral::horizontal(|_| 1.0, |c, i| SkyModel::Overcast.graded(c, i), 0.3, Rule::Fine);
+        let integral = integral::horizontal(|_| 1.0, |c, i| SkyModel::Overcast.gradation(c) * i, 0.3, Rule::Fine);
         assert!((integral - 7.0 * PI / 9.0).abs() < 1e-12, "{integral}");
     }
 

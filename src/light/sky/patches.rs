@@ -17,6 +17,8 @@ pub struct Patches {
     height: f64,
     /// First patch of each row and their number; the cap is the last.
     rows: Vec<(usize, usize)>,
+    /// Sine of the altitude at which each row begins.
+    sines: Vec<f64>,
 }
 
 impl Patches {
@@ -29,7 +31,14 @@ impl Patches {
             rows.push((first, count));
             first += count;
         }
-        Self { height: FRAC_PI_2 / (rows.len() as f64 - 0.5), rows }
+        let height = FRAC_PI_2 / (rows.len() as f64 - 0.5);
+        let sines = (0..rows.len()).map(|row| (row as f64 * height).sin()).collect();
+        Self { height, rows, sines }
+    }
+
+    /// The patches of each row, from the horizon up.
+    pub fn rows(&self) -> impl Iterator<Item = std::ops::Range<usize>> + '_ {
+        self.rows.iter().map(|(first, count)| *first..first + count)
     }
 
     /// Number of patches of the sky; the ground has this number as its own.
@@ -56,7 +65,7 @@ impl Patches {
         if direction.z < 0.0 {
             return self.sky();
         }
-        let row = ((direction.z.min(1.0).asin() / self.height) as usize).min(self.rows.len() - 1);
+        let row = self.sines.partition_point(|bottom| *bottom <= direction.z) - 1;
         let (first, count) = self.rows[row];
         first + (turn(direction) * count as f64).round() as usize % count
     }

@@ -12,7 +12,7 @@ use crate::transport::caster::{MISS, Ray};
 use crate::transport::points::seed;
 
 /// Share of the tolerance that the noise of a pixel may take.
-const NOISE: f64 = 0.35;
+const NOISE: f64 = 0.45;
 /// Exponent by which the variance of well-spread rays falls with their number.
 const DECAY: f64 = 1.4;
 /// Rays of a first look, and most rays, at one place.

@@ -6,6 +6,7 @@ mod records;
 mod sheets;
 mod sight;
 mod survey;
+mod tiles;
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -14,6 +15,7 @@ use self::judge::{Noise, judge};
 use self::records::{Records, Shares};
 use self::sheets::Sheets;
 use self::sight::{Sight, add_background, look};
+use self::tiles::Tiles;
 use super::adaptive::Task;
 use super::camera::Camera;
 use super::gather::{Field, Gatherer, SetSums, Solved};
@@ -30,8 +32,6 @@ pub(super) use self::paths::trace;
 const ACROSS: usize = 4;
 /// Neighbours that differ by more than this in luminance get the finer sampling.
 const CONTRAST: f32 = 0.1;
-/// Side of the squares of pixels that look for their records together.
-const TILE: usize = 16;
 /// Rays of a sample that no record is near to, as a share of a record's.
 const ALONE: f64 = 0.25;
 const STREAM: u64 = 7;
@@ -86,16 +86,16 @@ pub(super) fn paint(task: &Task<'_>, view: &View, number: usize, main: &Solved, 
         Field { world: task.world, optics: task.optics, main: &mean, twin: None, spectral: true, squares: false };
     let painter = Painter { task, camera, field: &field, noise: judged.noise, stream };
     let base = painter.base();
-    let (records, gathered) = painter.survey(&base);
+    let (lit, gathered) = painter.survey(&base);
     task.progress.stage(&format!("picture {}: shade", view.name), camera.height as u64);
-    let plain = painter.shade(&base, &records);
-    let (radiance, more) = painter.smooth(&base, &records, plain);
+    let plain = painter.shade(&lit);
+    let (radiance, more) = painter.smooth(&lit, plain);
     let mut errors: Vec<f64> = judged
         .places
         .iter()
         .zip(&judged.stated)
         .filter(|(_, s)| s.scale > 0.0)
-        .map(|(place, s)| s.error.hypot(painter.fitted(&base, &records, place) - s.value) / s.scale)
+        .map(|(place, s)| s.error.hypot(painter.fitted(&lit, place) - s.value) / s.scale)
         .collect();
     errors.sort_by(f64::total_cmp);
     let n = task.optics.bands.len();
@@ -116,8 +116,19 @@ pub(super) fn paint(task: &Task<'_>, view: &View, number: usize, main: &Solved, 
     (result, judged.rays + gathered + more)
 }
 
-/// Records that the pixels of a tile may need, by sheet.
-type Near = Vec<(u32, Vec<u32>)>;
+/// What sights are shaded with: the plain pass, and the reflected light known for it.
+struct Lit<'a> {
+    base: &'a Base,
+    records: Records,
+    tiles: Tiles,
+}
+
+/// The same, in one square of the picture.
+#[derive(Clone, Copy)]
+struct Known<'a> {
+    lit: &'a Lit<'a>,
+    tile: usize,
+}
 
 /// Buffers of one thread.
 struct Brush<'a> {
@@ -171,49 +182,19 @@ impl<'a> Painter<'a> {
         ((pixel % self.camera.width) as f64, (pixel / self.camera.width) as f64)
     }
 
-    /// Pixels of a square of the picture.
-    fn tile(&self, tile: usize) -> impl Iterator<Item = usize> + '_ {
-        let (w, h) = (self.camera.width, self.camera.height);
-        let columns = w.div_ceil(TILE);
-        let (x, y) = (tile % columns * TILE, tile / columns * TILE);
-        (y..(y + TILE).min(h)).flat_map(move |j| (x..(x + TILE).min(w)).map(move |i| j * w + i))
-    }
-
-    fn tiles(&self) -> usize {
-        self.camera.width.div_ceil(TILE) * self.camera.height.div_ceil(TILE)
-    }
-
-    /// The records that the sights of a tile may need.
-    fn near(&self, base: &Base, records: &Records, tile: usize) -> Near {
-        let mut spans: Vec<(u32, DVec2, DVec2)> = Vec::new();
-        let sights = self.tile(tile).flat_map(|pixel| &base.sights[pixel]);
-        for (sheet, at) in sights.filter_map(|sight| base.sheets.place(sight)) {
-            match spans.iter_mut().find(|s| s.0 == sheet) {
-                Some((_, low, high)) => (*low, *high) = (low.min(at), high.max(at)),
-                None => spans.push((sheet, at, at)),
-            }
-        }
-        let found = |(sheet, low, high): &(u32, DVec2, DVec2)| {
-            (*sheet, records.near(*sheet, (*low + *high) * 0.5, low.distance(*high) * 0.5))
-        };
-        spans.iter().map(found).collect()
-    }
-
     /// Reflected irradiance at a sight by band, into the brush: fitted, or gathered where no record is near.
-    fn reflected(
-        &self,
-        base: &Base,
-        records: &Records,
-        near: &Near,
-        sight: &Sight,
-        (stream, direct): (u64, &[f64]),
-        brush: &mut Brush<'_>,
-    ) {
-        if let Some((sheet, at)) = base.sheets.place(sight) {
-            let known = near.iter().find(|n| n.0 == sheet);
-            let own = if known.is_some() { Vec::new() } else { records.near(sheet, at, 0.0) };
-            if records.fit(known.map_or(&own, |n| &n.1), at, None, &mut brush.shares).is_some() {
-                records.light(&brush.shares, &mut brush.reflected);
+    fn reflected(&self, known: Known<'_>, sight: &Sight, (stream, direct): (u64, &[f64]), brush: &mut Brush<'_>) {
+        if let Some((sheet, at)) = known.lit.base.sheets.place(sight) {
+            let own;
+            let near = match known.lit.tiles.near(known.tile, sheet) {
+                Some(near) => near,
+                None => {
+                    own = known.lit.records.near(sheet, at);
+                    &own
+                }
+            };
+            if known.lit.records.fit(near, at, None, &mut brush.shares).is_some() {
+                known.lit.records.light(&brush.shares, &mut brush.reflected);
                 return;
             }
         }
@@ -223,11 +204,12 @@ impl<'a> Painter<'a> {
     }
 
     /// Illuminance that the picture has at a judged place, lx.
-    fn fitted(&self, base: &Base, records: &Records, place: &judge::Place) -> f64 {
-        let Some(sight) = base.sights[place.pixel].first() else { return 0.0 };
-        let direct = &base.direct[place.pixel];
+    fn fitted(&self, lit: &Lit<'_>, place: &judge::Place) -> f64 {
+        let Some(sight) = lit.base.sights[place.pixel].first() else { return 0.0 };
+        let direct = &lit.base.direct[place.pixel];
+        let known = Known { lit, tile: lit.tiles.of(place.pixel) };
         let mut brush = self.brush();
-        self.reflected(base, records, &Near::new(), sight, (place.pixel as u64, direct), &mut brush);
+        self.reflected(known, sight, (place.pixel as u64, direct), &mut brush);
         let weights = &self.task.optics.xyz[1];
         let reflected: f32 = brush.reflected.iter().zip(weights).map(|(l, w)| l * w).sum();
         f64::from(reflected) + self.task.optics.xyz_of_direct(direct, &[1.0])[1]
@@ -248,7 +230,7 @@ impl<'a> Painter<'a> {
     /// Adds what is seen along one ray; `first` is the direct light at its first sight, where known.
     fn shine(
         &self,
-        (base, records, near): (&Base, &Records, &Near),
+        known: Known<'_>,
         (sights, first): (&[Sight], Option<&[f64]>),
         (sample, weight): (u64, f32),
         brush: &mut Brush<'_>,
@@ -268,35 +250,33 @@ impl<'a> Painter<'a> {
                     &own
                 }
             };
-            self.reflected(base, records, near, sight, (stream, direct), brush);
+            self.reflected(known, sight, (stream, direct), brush);
             self.radiance(sight, direct, &brush.reflected, weight, out);
         }
     }
 
     /// The picture with one sample in the middle of each pixel.
-    fn shade(&self, base: &Base, records: &Records) -> Vec<f32> {
+    fn shade(&self, lit: &Lit<'_>) -> Vec<f32> {
         let pad = self.task.optics.pad;
-        let tiles: Vec<Vec<f32>> = (0..self.tiles())
+        let tiles: Vec<Vec<f32>> = (0..lit.tiles.count())
             .into_par_iter()
             .map_init(
                 || self.brush(),
                 |brush, tile| {
-                    let near = self.near(base, records, tile);
-                    let mut out = vec![0.0; self.tile(tile).count() * pad];
-                    for (pixel, out) in self.tile(tile).zip(out.chunks_exact_mut(pad)) {
-                        let seen = (&base.sights[pixel][..], Some(&base.direct[pixel][..]));
-                        self.shine((base, records, &near), seen, (pixel as u64, 1.0), brush, out);
+                    let known = Known { lit, tile };
+                    let mut out = vec![0.0; lit.tiles.pixels(tile).count() * pad];
+                    for (pixel, out) in lit.tiles.pixels(tile).zip(out.chunks_exact_mut(pad)) {
+                        let seen = (&lit.base.sights[pixel][..], Some(&lit.base.direct[pixel][..]));
+                        self.shine(known, seen, (pixel as u64, 1.0), brush, out);
                     }
-                    if tile % self.camera.width.div_ceil(TILE) == 0 {
-                        self.task.progress.advance(TILE as u64);
-                    }
+                    self.task.progress.advance(lit.tiles.rows_done(tile));
                     out
                 },
             )
             .collect();
         let mut picture = vec![0.0f32; self.pixels() * pad];
         for (tile, values) in tiles.iter().enumerate() {
-            for (pixel, value) in self.tile(tile).zip(values.chunks_exact(pad)) {
+            for (pixel, value) in lit.tiles.pixels(tile).zip(values.chunks_exact(pad)) {
                 picture[pixel * pad..(pixel + 1) * pad].copy_from_slice(value);
             }
         }
@@ -304,25 +284,22 @@ impl<'a> Painter<'a> {
     }
 
     /// Samples the pixels that hold an edge more finely.
-    fn smooth(&self, base: &Base, records: &Records, plain: Vec<f32>) -> (Vec<f32>, u64) {
+    fn smooth(&self, lit: &Lit<'_>, plain: Vec<f32>) -> (Vec<f32>, u64) {
         let pad = self.task.optics.pad;
         let y: Vec<f32> = plain
             .par_chunks_exact(pad)
             .map(|l| l.iter().zip(&self.task.optics.xyz[1]).map(|(l, w)| l * w).sum())
             .collect();
-        let finer: Vec<Vec<(usize, Vec<f32>, u64)>> = (0..self.tiles())
+        let finer: Vec<Vec<(usize, Vec<f32>, u64)>> = (0..lit.tiles.count())
             .into_par_iter()
             .map_init(
                 || self.brush(),
                 |brush, tile| {
-                    let edges: Vec<usize> = self.tile(tile).filter(|p| self.is_edge(*p, base, &y)).collect();
-                    if edges.is_empty() {
-                        return Vec::new();
-                    }
-                    let near = self.near(base, records, tile);
+                    let edges: Vec<usize> = lit.tiles.pixels(tile).filter(|p| self.is_edge(*p, lit.base, &y)).collect();
+                    let known = Known { lit, tile };
                     let sample = |pixel: usize| {
                         let before = brush.gatherer.cast + brush.gatherer.scratch.rays;
-                        let value = self.supersample(pixel, (base, records, &near), brush);
+                        let value = self.supersample(pixel, known, brush);
                         (pixel, value, brush.gatherer.cast + brush.gatherer.scratch.rays - before)
                     };
                     edges.into_iter().map(sample).collect()
@@ -355,7 +332,7 @@ impl<'a> Painter<'a> {
         })
     }
 
-    fn supersample(&self, pixel: usize, light: (&Base, &Records, &Near), brush: &mut Brush<'_>) -> Vec<f32> {
+    fn supersample(&self, pixel: usize, known: Known<'_>, brush: &mut Brush<'_>) -> Vec<f32> {
         let (world, optics) = (self.task.world, self.task.optics);
         let mut out = vec![0.0; optics.pad];
         let samples = ACROSS * ACROSS;
@@ -366,7 +343,7 @@ impl<'a> Painter<'a> {
             let Some(direction) = self.camera.direction(x + place(k % ACROSS), y + place(k / ACROSS)) else { continue };
             look(world, optics, Ray::new(self.camera.eye(), direction), &mut sights);
             let sample = seed(&[pixel as u64, 1 + k as u64]);
-            self.shine(light, (&sights, None), (sample, 1.0 / samples as f32), brush, &mut out);
+            self.shine(known, (&sights, None), (sample, 1.0 / samples as f32), brush, &mut out);
         }
         brush.sights = sights;
         out

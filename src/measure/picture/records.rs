@@ -9,6 +9,7 @@
 use glam::DVec2;
 use rayon::prelude::*;
 
+use super::tiles::Tiles;
 use crate::measure::statement::median;
 
 /// Growth of the reach with distance from a record of less reach.
@@ -29,6 +30,8 @@ const SCATTER: f64 = 0.75;
 /// Gathered light of one place.
 #[derive(Debug)]
 pub(super) struct Record {
+    /// The pixel that shows it.
+    pub(super) pixel: usize,
     pub(super) sheet: u32,
     pub(super) at: DVec2,
     /// Distance within which a point needs no record of its own, and the least that it may become.
@@ -56,13 +59,20 @@ impl Records {
         Self { list: Vec::new(), of_sheet: vec![Vec::new(); sheets] }
     }
 
-    /// Records that may take part in a fit at a point within `radius` of `centre`.
-    pub(super) fn near(&self, sheet: u32, centre: DVec2, radius: f64) -> Vec<u32> {
-        let relevant = |k: &u32| {
-            let record = &self.list[*k as usize];
-            record.at.distance(centre) - radius <= FARTHEST * record.reach
-        };
-        self.of_sheet[sheet as usize].iter().copied().filter(relevant).collect()
+    /// The records of a sheet, in their order.
+    pub(super) fn of_sheet(&self, sheet: u32) -> &[u32] {
+        &self.of_sheet[sheet as usize]
+    }
+
+    /// May a record take part in a fit at a point of its sheet within `radius` of `centre`?
+    pub(super) fn reaches(&self, record: u32, centre: DVec2, radius: f64) -> bool {
+        let record = &self.list[record as usize];
+        record.at.distance(centre) - radius <= FARTHEST * record.reach
+    }
+
+    /// Records that may take part in a fit at a point.
+    pub(super) fn near(&self, sheet: u32, at: DVec2) -> Vec<u32> {
+        self.of_sheet(sheet).iter().copied().filter(|k| self.reaches(*k, at, 0.0)).collect()
     }
 
     /// Distance of the nearest record, and how far records may be from each other here.
@@ -175,8 +185,9 @@ impl Records {
     /// places there were.
     ///
     /// Noise scatters a neighbourhood's differences about zero; what the fit cannot follow has one sign.
-    pub(super) fn doubt(&mut self, allowed: f64) -> usize {
-        let checked: Vec<Option<(f64, Shares)>> = (0..self.list.len()).into_par_iter().map(|i| self.check(i)).collect();
+    pub(super) fn doubt(&mut self, tiles: &Tiles, allowed: f64) -> usize {
+        let checked: Vec<Option<(f64, Shares)>> =
+            (0..self.list.len()).into_par_iter().map(|i| self.check(tiles, i)).collect();
         let is_wrong = |(i, check): (usize, &Option<(f64, Shares)>)| {
             let (own, shares) = check.as_ref()?;
             let record = &self.list[i];
@@ -197,11 +208,11 @@ impl Records {
     }
 
     /// What a record has beyond what the others predict there, lx; and who predicts it.
-    fn check(&self, i: usize) -> Option<(f64, Shares)> {
+    fn check(&self, tiles: &Tiles, i: usize) -> Option<(f64, Shares)> {
         let record = &self.list[i];
         let mut shares = Shares::new();
-        let near = self.near(record.sheet, record.at, 0.0);
-        if self.fit(&near, record.at, Some(i as u32), &mut shares)? > FREE_HAND {
+        let near = tiles.near(tiles.of(record.pixel), record.sheet)?;
+        if self.fit(near, record.at, Some(i as u32), &mut shares)? > FREE_HAND {
             return None;
         }
         let predicted: f64 = shares.iter().map(|(k, share)| share * self.list[*k as usize].reflected_y).sum();

@@ -11,11 +11,13 @@ use crate::transport::caster::MISS;
 /// Faces are in one plane where normals (1 over this) and heights (in the program's frame) agree.
 const NORMALS: f64 = 1e5;
 const HEIGHTS: f64 = 1e6;
+const NONE: u32 = u32::MAX;
 
 /// The sides of faces that a picture shows, sorted into planes.
 #[derive(Debug)]
 pub(super) struct Sheets {
-    of: BTreeMap<(u32, bool), u32>,
+    /// By surface and side.
+    of: Vec<[u32; 2]>,
     /// Axes in each plane.
     axes: Vec<[DVec3; 2]>,
 }
@@ -25,7 +27,7 @@ impl Sheets {
         let sides: std::collections::BTreeSet<(u32, bool)> =
             sights.filter(|s| s.surface != MISS).map(|s| (s.surface, s.front)).collect();
         let mut planes: BTreeMap<[i64; 4], u32> = BTreeMap::new();
-        let (mut of, mut axes) = (BTreeMap::new(), Vec::new());
+        let (mut of, mut axes) = (vec![[NONE; 2]; world.surfaces.list.len()], Vec::new());
         for (surface, front) in sides {
             let s = &world.surfaces.list[surface as usize];
             let n = s.side_normal(front);
@@ -36,7 +38,7 @@ impl Sheets {
                 axes.push(s.axes);
                 axes.len() as u32 - 1
             });
-            of.insert((surface, front), sheet);
+            of[surface as usize][usize::from(front)] = sheet;
         }
         Self { of, axes }
     }
@@ -47,7 +49,10 @@ impl Sheets {
 
     /// The sheet of a sight and where on it; `None` for what no pixel's middle shows.
     pub(super) fn place(&self, sight: &Sight) -> Option<(u32, DVec2)> {
-        let sheet = *self.of.get(&(sight.surface, sight.front))?;
+        let sheet = self.of.get(sight.surface as usize)?[usize::from(sight.front)];
+        if sheet == NONE {
+            return None;
+        }
         let [u, v] = self.axes[sheet as usize];
         Some((sheet, DVec2::new(u.dot(sight.point), v.dot(sight.point))))
     }

@@ -6,11 +6,13 @@
 use rayon::prelude::*;
 
 use super::records::{Record, Records};
-use super::{Base, Painter, seen_from};
+use super::sight::Sight;
+use super::tiles::Tiles;
+use super::{Base, Lit, Painter, seen_from};
 use crate::measure::gather::Gatherer;
 
 /// Share of the tolerance that the fit between records may take.
-const INTERPOLATION: f64 = 0.3;
+const INTERPOLATION: f64 = 0.7;
 /// Share of the rays of a lone reading: a fit averages about as many records as this divides by.
 const AVERAGED: f64 = 1.0 / 6.0;
 /// Widest and least distance of records, in pixels.
@@ -23,27 +25,29 @@ const ROUNDS: usize = 4;
 
 impl Painter<'_> {
     /// Gathers at as many places as the picture needs. Returns the rays too.
-    pub(super) fn survey(&self, base: &Base) -> (Records, u64) {
-        let mut records = Records::new(base.sheets.len());
+    pub(super) fn survey<'b>(&self, base: &'b Base) -> (Lit<'b>, u64) {
+        let tiles = Tiles::new((self.camera.width, self.camera.height), &base.sights, &base.sheets);
+        let mut lit = Lit { base, records: Records::new(base.sheets.len()), tiles };
         let allowed = INTERPOLATION * self.noise.tolerance;
-        let mut rays = self.fill(base, &mut records);
+        let mut rays = self.fill(&mut lit);
         for _ in 0..ROUNDS {
-            if records.doubt(allowed) == 0 {
+            if lit.records.doubt(&lit.tiles, allowed) == 0 {
                 break;
             }
-            rays += self.fill(base, &mut records);
+            lit.tiles.update(&lit.records);
+            rays += self.fill(&mut lit);
         }
-        (records, rays)
+        (lit, rays)
     }
 
     /// Adds records until every sight of every pixel has one near enough.
-    fn fill(&self, base: &Base, records: &mut Records) -> u64 {
-        let mut rays = self.pass(base, records, (0, 0, STEP));
+    fn fill(&self, lit: &mut Lit<'_>) -> u64 {
+        let mut rays = self.pass(lit, (0, 0, STEP));
         let mut step = STEP;
         while step > 1 {
             let half = step / 2;
             for (x, y) in [(half, half), (half, 0), (0, half)] {
-                rays += self.pass(base, records, (x, y, step));
+                rays += self.pass(lit, (x, y, step));
             }
             step = half;
         }
@@ -51,23 +55,20 @@ impl Painter<'_> {
     }
 
     /// Adds records at the pixels `x, y` modulo `step` where none is near enough.
-    fn pass(&self, base: &Base, records: &mut Records, (x, y, step): (usize, usize, usize)) -> u64 {
+    fn pass(&self, lit: &mut Lit<'_>, (x, y, step): (usize, usize, usize)) -> u64 {
+        let (base, records, tiles) = (lit.base, &lit.records, &lit.tiles);
         let w = self.camera.width;
-        let open: Vec<(usize, usize)> = (0..self.tiles())
+        let is_open = &|tile: usize, sight: &Sight| {
+            base.sheets
+                .place(sight)
+                .is_some_and(|(sheet, at)| tiles.near(tile, sheet).is_none_or(|near| !records.cover(near, at)))
+        };
+        let open: Vec<(usize, usize)> = (0..tiles.count())
             .into_par_iter()
             .flat_map_iter(|tile| {
-                let near = self.near(base, records, tile);
-                let pixels = self.tile(tile).filter(|p| p % w % step == x && p / w % step == y);
-                let is_open = |pixel: usize, k: usize| {
-                    base.sheets.place(&base.sights[pixel][k]).is_some_and(|(sheet, at)| {
-                        near.iter().find(|n| n.0 == sheet).is_none_or(|n| !records.cover(&n.1, at))
-                    })
-                };
-                let open: Vec<(usize, usize)> = pixels
-                    .flat_map(|pixel| (0..base.sights[pixel].len()).map(move |k| (pixel, k)))
-                    .filter(|(pixel, k)| is_open(*pixel, *k))
-                    .collect();
-                open
+                let pixels = tiles.pixels(tile).filter(|p| p % w % step == x && p / w % step == y);
+                let sights = pixels.flat_map(|pixel| (0..base.sights[pixel].len()).map(move |k| (pixel, k)));
+                sights.filter(move |(pixel, k)| is_open(tile, &base.sights[*pixel][*k]))
             })
             .collect();
         let new: Vec<(Option<Record>, u64)> = open
@@ -81,7 +82,10 @@ impl Painter<'_> {
             )
             .collect();
         let rays = new.iter().map(|n| n.1).sum();
-        records.add(new.into_iter().filter_map(|n| n.0).collect());
+        if !new.is_empty() {
+            lit.records.add(new.into_iter().filter_map(|n| n.0).collect());
+            lit.tiles.update(&lit.records);
+        }
         rays
     }
 
@@ -106,6 +110,7 @@ impl Painter<'_> {
         let smooth = (2.0 * INTERPOLATION * self.noise.tolerance).sqrt();
         let reach = (smooth / found.nearness.max(1e-12)).clamp(least, widest);
         Some(Record {
+            pixel,
             sheet,
             at,
             reach,
