@@ -10,16 +10,19 @@ use clerestory::spectrum::Spectrum;
 
 use super::{Build, at, diffuse};
 
+/// `f(outgoing, incident)`, sr⁻¹.
+pub type Value<'a> = &'a dyn Fn(usize, usize) -> f64;
+
 /// The XML of an element in a basis: for each passage its name and `f(outgoing, incident)`, sr⁻¹.
-pub fn xml(basis: &str, passages: &[(&str, &dyn Fn(usize, usize) -> f64)]) -> String {
+pub fn xml(basis: &str, passages: &[(&str, Value<'_>)]) -> String {
     let n = KlemsBasis::named(basis).expect("a basis").patches().len();
     let mut text = String::from(
         "<WindowElement><Optical><Layer><DataDefinition><IncidentDataStructure>Columns</IncidentDataStructure></DataDefinition>\n",
     );
     for (name, f) in passages {
-        let _ = write!(
+        let _ = writeln!(
             text,
-            "<WavelengthData><Wavelength unit=\"Integral\">Visible</Wavelength><WavelengthDataBlock><WavelengthDataDirection>{name}</WavelengthDataDirection><ColumnAngleBasis>{basis}</ColumnAngleBasis><RowAngleBasis>{basis}</RowAngleBasis><ScatteringData>\n"
+            "<WavelengthData><Wavelength unit=\"Integral\">Visible</Wavelength><WavelengthDataBlock><WavelengthDataDirection>{name}</WavelengthDataDirection><ColumnAngleBasis>{basis}</ColumnAngleBasis><RowAngleBasis>{basis}</RowAngleBasis><ScatteringData>"
         );
         for o in 0..n {
             for i in 0..n {
