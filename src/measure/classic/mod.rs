@@ -59,7 +59,7 @@ pub(super) fn run(task: &Task<'_>, mut record: Record) -> Result<Measurement> {
     }
     if task.world.has_specular() || task.world.has_translucent() || task.world.has_bsdf() {
         return Err(Error::unsupported(format!(
-            "method {} works with opaque diffuse surfaces alone; the scene has mirrors, glass, translucent surfaces or windows with a BSDF",
+            "method {} works with opaque diffuse surfaces alone; the scene has mirrors or glass, translucent surfaces, or windows with a BSDF",
             record.method
         ))
         .mend("use the default method or path-tracing"));
