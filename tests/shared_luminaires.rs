@@ -193,39 +193,11 @@ fn point_area_and_disc_sources_of_cie_171_are_met() {
     }
 }
 
-/// Gauss's rule of eight points on each axis of each face of a box from the origin: face, place, normal, area that it stands for.
-fn on_faces(size: DVec3) -> Vec<(usize, DVec3, DVec3, f64)> {
-    let rule = [
-        (0.019_855_072, 0.050_614_268),
-        (0.101_666_761, 0.111_190_517),
-        (0.237_233_795, 0.156_853_323),
-        (0.408_282_679, 0.181_341_892),
-    ];
-    let rule: Vec<(f64, f64)> = rule.iter().flat_map(|(x, w)| [(*x, *w), (1.0 - x, *w)]).collect();
-    let mut all = Vec::new();
-    for axis in 0..3 {
-        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-        for high in [false, true] {
-            for (a, wa) in &rule {
-                for (b, wb) in &rule {
-                    let mut p = DVec3::ZERO;
-                    p[axis] = if high { size[axis] } else { 0.0 };
-                    p[u] = a * size[u];
-                    p[v] = b * size[v];
-                    let normal = DVec3::AXES[axis] * if high { -1.0 } else { 1.0 };
-                    all.push((2 * axis + usize::from(high), p, normal, wa * wb * size[u] * size[v]));
-                }
-            }
-        }
-    }
-    all
-}
-
 fn closed_box(size: DVec3, rho: f64, position: DVec3) -> (Build, Vec<(usize, DVec3, DVec3, f64)>) {
     let mut b = Build::new();
     let wall = b.material(diffuse("wall", rho));
     b.room(DVec3::ZERO, size, [wall; 6]);
-    let places = on_faces(size);
+    let places = Build::on_faces(size);
     b.points("faces", &places.iter().map(|(_, p, n, _)| (*p, *n)).collect::<Vec<_>>());
     b.0.luminaires.push(hung(axial("0 0 0", &[0.0, 180.0], |_| 10_000.0 / (4.0 * PI)), position));
     (b, places)

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use clerestory::light::photometry::{PhotometricType, Photometry, Web, to_ies};
 use clerestory::light::{UGR_REFLECTANCES, UgrSpacing, ugr_table};
 use clerestory::scene::{LuminaireRow, Scene};
-use common::{Build, assert_near, assert_ratio, at, diffuse, mirror, solve, within};
+use common::{Build, assert_near, assert_ratio, at, diffuse, guth, mirror, solve, within};
 use glam::DVec3;
 
 fn panel() -> PathBuf {
@@ -18,15 +18,6 @@ fn panel() -> PathBuf {
 
 fn hang(scene: &mut Scene, bytes: Vec<u8>, positions: Vec<DVec3>) {
     scene.luminaires.push(LuminaireRow::aimed_down(bytes, positions));
-}
-
-/// Guth's index from how far a source lies aside, ahead and above.
-fn guth(aside: f64, ahead: f64, above: f64) -> f64 {
-    let sigma = (aside.hypot(above) / ahead).atan().to_degrees();
-    let tau = (aside.abs() / above).atan().to_degrees();
-    let a = 35.2 - 0.31889 * tau - 1.22 * (-2.0 * tau / 9.0).exp();
-    let b = 21.0 + 0.26667 * tau - 0.002963 * tau * tau;
-    (a * 1e-3 * sigma + b * 1e-5 * sigma * sigma).exp()
 }
 
 #[test]

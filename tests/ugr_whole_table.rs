@@ -6,10 +6,13 @@
 //! three equations are solved by elimination. Luminances and Guth's index come from the formulas of the intensities
 //! and of angles, not from a file.
 
+mod common;
+
 use std::f64::consts::PI;
 
 use clerestory::light::photometry::{Format, Opening, PhotometricType, Photometry, Web};
 use clerestory::light::{UGR_REFLECTANCES, UgrRow, UgrSpacing, ugr_table};
+use common::guth;
 
 /// Intensity, cd, towards `(u, v, -1)` with `u` along C0 and `v` along C90.
 type Intensity = fn(f64, f64) -> f64;
@@ -150,15 +153,6 @@ fn indirect_lx(direct: [f64; 3], f: f64, ratio: f64, rho: [f64; 3]) -> f64 {
         }
     }
     m[1][3] / m[1][1] - direct[1]
-}
-
-/// Guth's index of what lies aside, ahead and above an eye.
-fn guth(aside: f64, ahead: f64, above: f64) -> f64 {
-    let sigma = (aside.hypot(above) / ahead).atan().to_degrees();
-    let tau = (aside.abs() / above).atan().to_degrees();
-    let a = 35.2 - 0.31889 * tau - 1.22 * (-2.0 * tau / 9.0).exp();
-    let b = 21.0 + 0.26667 * tau - 0.002963 * tau * tau;
-    (a * 1e-3 * sigma + b * 1e-5 * sigma * sigma).exp()
 }
 
 /// `Σ L² ω / P²` over the array.

@@ -69,6 +69,20 @@ pub enum Method {
 }
 
 impl Method {
+    /// All of them.
+    pub const ALL: [Self; 10] = [
+        Self::Auto,
+        Self::PathTracing,
+        Self::FullMatrix,
+        Self::Gathering,
+        Self::Shooting,
+        Self::Progressive,
+        Self::ConjugateGradients,
+        Self::Hemicube,
+        Self::Discs,
+        Self::Hierarchical,
+    ];
+
     /// The name a user knows it by.
     #[must_use]
     pub fn name(self) -> &'static str {

@@ -8,7 +8,7 @@ use glam::DVec3;
 use super::References;
 use super::published;
 use super::references::Row;
-use super::scenes::{Build, axial, half_degrees, on_faces};
+use super::scenes::{Build, axial, half_degrees};
 use super::sheet::{Sheet, exact, known};
 use crate::light::Daylight;
 use crate::spectrum::Bands;
@@ -106,7 +106,7 @@ fn flux_shares(rows: &[Row], sheet: &mut Sheet) -> Result<()> {
     let mut b = Build::new();
     let black = b.paint(0.0, 0.0);
     b.room(DVec3::ZERO, size, [black; 6]);
-    let places = on_faces(size);
+    let places = Build::on_faces(size);
     b.points("points", &places.iter().map(|(_, p, n, _)| (*p, *n)).collect::<Vec<_>>());
     b.hang(axial("0 0 0", &[0.0, 180.0], |_| 1e4 / (4.0 * PI)), DVec3::new(2.0, 2.0, 1.5));
     let m = b.solve(TOLERANCE)?;
@@ -170,7 +170,7 @@ fn reflectors(rows: &[Row], sheet: &mut Sheet) -> Result<()> {
 fn interreflection(sheet: &mut Sheet) -> Result<()> {
     sheet.topic("mean illuminance of all surfaces of a cube", "CIE 171:2006, 5.8: F / (S (1 - rho))", "lx");
     let size = DVec3::splat(4.0);
-    let places = on_faces(size);
+    let places = Build::on_faces(size);
     for rho in [0.0, 0.1, 0.3, 0.5, 0.7, 0.9] {
         let mut b = Build::new();
         let wall = b.paint(rho, 0.0);

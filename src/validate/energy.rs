@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::References;
-use super::scenes::{Build, axial, on_faces};
+use super::scenes::{Build, axial};
 use super::sheet::{Sheet, exact, known};
 use crate::Result;
 use crate::measure::{Measurement, SolveOptions};
@@ -117,7 +117,7 @@ fn received(sheet: &mut Sheet) -> Result<()> {
         let mut b = Build::new();
         let wall = b.paint(rho, 0.0);
         b.room(DVec3::ZERO, size, [wall; 6]);
-        let places = on_faces(size);
+        let places = Build::on_faces(size);
         b.points("points", &places.iter().map(|(_, p, n, _)| (*p, *n)).collect::<Vec<_>>());
         b.hang(axial("0 0 0", &[0.0, 180.0], |_| 3000.0 / (4.0 * PI)), DVec3::from(place));
         let m = b.solve(0.02)?;

@@ -99,19 +99,7 @@ fn furnaces(sheet: &mut Sheet) -> Result<()> {
     }
     let mixed = [0.1, 0.9, 0.5, 0.3, 0.7, 0.8];
     sheet.topic("a furnace of six paints has one illuminance", "closed form: M_i = (1 - rho_i) E", "lx");
-    let methods = [
-        Method::Auto,
-        Method::PathTracing,
-        Method::FullMatrix,
-        Method::Gathering,
-        Method::Shooting,
-        Method::Progressive,
-        Method::ConjugateGradients,
-        Method::Hemicube,
-        Method::Discs,
-        Method::Hierarchical,
-    ];
-    for method in methods {
+    for method in Method::ALL {
         let paths = (method == Method::PathTracing).then_some(4096);
         let options = SolveOptions { method, paths, tolerance: 0.05, ..SolveOptions::default() };
         let m = furnace(DVec3::new(4.0, 3.0, 2.7), DVec3::ZERO, mixed).solve_by(&options)?;

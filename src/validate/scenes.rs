@@ -66,33 +66,6 @@ impl Build {
     }
 }
 
-/// Gauss's rule of eight points on each axis of each face of a box from the origin: face, place, normal, area that it
-/// stands for.
-pub(super) fn on_faces(size: DVec3) -> Vec<(usize, DVec3, DVec3, f64)> {
-    let half = [
-        (0.019_855_072, 0.050_614_268),
-        (0.101_666_761, 0.111_190_517),
-        (0.237_233_795, 0.156_853_323),
-        (0.408_282_679, 0.181_341_892),
-    ];
-    let rule: Vec<(f64, f64)> = half.iter().flat_map(|(x, w)| [(*x, *w), (1.0 - x, *w)]).collect();
-    let mut all = Vec::new();
-    for (axis, high) in (0..3).flat_map(|axis| [(axis, false), (axis, true)]) {
-        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-        let normal = DVec3::AXES[axis] * if high { -1.0 } else { 1.0 };
-        for (a, wa) in &rule {
-            for (b, wb) in &rule {
-                let mut p = DVec3::ZERO;
-                p[axis] = if high { size[axis] } else { 0.0 };
-                p[u] = a * size[u];
-                p[v] = b * size[v];
-                all.push((2 * axis + usize::from(high), p, normal, wa * wb * size[u] * size[v]));
-            }
-        }
-    }
-    all
-}
-
 /// A photometric file of one plane, LM-63-2002; sizes of the opening as it has them (width, length, height, m).
 pub(super) fn axial(sizes: &str, vertical_deg: &[f64], candela: impl Fn(f64) -> f64) -> Vec<u8> {
     let join = |list: Vec<f64>| list.iter().map(f64::to_string).collect::<Vec<_>>().join("\n");

@@ -17,6 +17,15 @@ pub fn at(x: f64, y: f64, z: f64) -> DVec3 {
     DVec3::new(x, y, z)
 }
 
+/// Guth's index of a source that lies aside, ahead and above of an eye.
+pub fn guth(aside: f64, ahead: f64, above: f64) -> f64 {
+    let sigma = (aside.hypot(above) / ahead).atan().to_degrees();
+    let tau = (aside.abs() / above).atan().to_degrees();
+    let a = 35.2 - 0.31889 * tau - 1.22 * (-2.0 * tau / 9.0).exp();
+    let b = 21.0 + 0.26667 * tau - 0.002963 * tau * tau;
+    (a * 1e-3 * sigma + b * 1e-5 * sigma * sigma).exp()
+}
+
 /// A Lambertian material of one reflectance on both sides.
 pub fn diffuse(name: &str, rho: f64) -> Material {
     painted(name, SpectralValue::Grey(rho))
