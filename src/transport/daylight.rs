@@ -141,7 +141,7 @@ pub struct Seen<'a> {
     pub direction: DVec3,
     /// Projected solid angle that it stands for, sr, with the cosine of the middle of its cone.
     pub weight: f64,
-    /// Solid angle that it stands for, sr.
+    /// Solid angle that it stands for, sr, unbiased: of the direction itself in place of the cone.
     pub solid_angle: f64,
     /// What panes leave.
     pub tint: &'a Tint,
@@ -157,12 +157,9 @@ impl Receiver for Directions<'_> {
         let panes = piece.panes();
         eye.points(&piece.polygon, self.width, &mut |[a, b, c], weight| {
             self.count += 1;
-            let direction = eye.anywhere([a, b, c], self.count);
+            let (direction, solid_angle) = eye.anywhere([a, b, c], self.count);
             tint.reset();
             eye.at_panes(panes, direction, |pane, cosine| tint.pass(pane, cosine, 1.0));
-            let middle = a + b + c;
-            let cosine = eye.normal.dot(middle) / middle.length();
-            let solid_angle = if weight > 0.0 { weight / cosine } else { 0.0 };
             (self.visit)(Seen { direction, weight, solid_angle, tint, panes });
         });
     }
@@ -421,20 +418,24 @@ impl Eye<'_> {
         }
     }
 
-    /// A direction anywhere in a triangle: on the whole, as much falls to each side of a border as lies there.
-    fn anywhere(&self, [a, b, c]: [DVec3; 3], number: u64) -> DVec3 {
+    /// A direction anywhere in a triangle: on the whole, as much falls to each side of a border as lies there. With the solid
+    /// angle that it stands for: `dω = h dA/r³` on the plane of the corners, which lies at the height `h`.
+    fn anywhere(&self, [a, b, c]: [DVec3; 3], number: u64) -> (DVec3, f64) {
         let chance = seed(&[self.sample, number]);
         let (u, v) = (unit(chance >> 32), unit(chance & 0xFFFF_FFFF));
         let root = u.sqrt();
-        (a * (1.0 - root) + b * (root * (1.0 - v)) + c * (root * v)).normalize()
+        let p = a * (1.0 - root) + b * (root * (1.0 - v)) + c * (root * v);
+        let length = p.length();
+        (p / length, 0.5 * a.dot(b.cross(c)).abs() / length.powi(3))
     }
 
     /// Directions anywhere in the triangles of a cone, each with the projected solid angle that it stands for, sr.
     pub(super) fn somewhere(&self, polygon: &[DVec3], width: f64, visit: &mut impl FnMut(DVec3, f64)) {
         let mut count = 0;
-        self.points(polygon, width, &mut |triangle, weight| {
+        self.points(polygon, width, &mut |triangle, _| {
             count += 1;
-            visit(self.anywhere(triangle, count), weight);
+            let (direction, solid_angle) = self.anywhere(triangle, count);
+            visit(direction, solid_angle * self.normal.dot(direction).max(0.0));
         });
     }
 

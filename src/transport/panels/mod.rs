@@ -30,8 +30,10 @@ const CELLS: f64 = 256.0;
 const MOST_CELLS: f64 = 4096.0;
 /// Most cells of a window along a side.
 const MOST_ACROSS: f64 = 128.0;
-/// Widest cone of sky that one direction stands for, radians: about a patch; it lies anywhere in the cone, and cells are many.
+/// Widest cone of sky that one direction stands for, radians, at a tolerance of 5 %, and least: about a patch; the direction
+/// lies anywhere in the cone, and cells are many.
 const WIDTH: f64 = 0.2;
+const LEAST_WIDTH: f64 = 0.1;
 /// Points of a cell at which the sun is looked for.
 const SUN_POINTS: u32 = 4;
 
@@ -113,12 +115,13 @@ impl Panels {
         let surfaces: Vec<u32> = (0..list.len() as u32).filter(|s| world.scatterer(*s).is_some()).collect();
         let area: f64 = surfaces.iter().map(|s| list[*s as usize].area).sum();
         let cells = (CELLS * 0.05 / tolerance).min(MOST_CELLS);
+        let width = (WIDTH * (tolerance / 0.05).sqrt()).clamp(LEAST_WIDTH, WIDTH);
         let mut of_surface = vec![None; list.len()];
         let mut windows = Vec::new();
         for surface in surfaces {
             let Some(scatterer) = world.scatterer(surface) else { continue };
             let count = (cells * list[surface as usize].area / area).max(1.0);
-            let set = |k: usize| cell_set(world, scatterer, surface, (count, k), stream);
+            let set = |k: usize| cell_set(world, (surface, scatterer), (count, k), width, stream);
             let sets: Vec<CellSet> = (0..PANEL_SETS).map(set).collect();
             let shines = [0, 1].map(|side| sets.iter().any(|s| s.leaving[side].iter().any(|l| *l > 0.0)));
             of_surface[surface as usize] = Some(windows.len() as u32);
@@ -165,13 +168,14 @@ impl Window {
     }
 }
 
-fn cell_set(world: &World, scatterer: &Scatterer, surface: u32, (count, k): (f64, usize), stream: u64) -> CellSet {
+fn cell_set(world: &World, window: (u32, &Scatterer), (count, k): (f64, usize), width: f64, stream: u64) -> CellSet {
+    let surface = window.0;
     let lattice = Lattice::new(&world.surfaces.list[surface as usize], count, SHIFTS[k]);
     let points = seed(&[stream, 11, u64::from(surface), k as u64]);
     let cells: Vec<Cell> = (0..lattice.len())
         .into_par_iter()
         .map_init(DirectScratch::default, |scratch, cell| {
-            fill_cell(world, scatterer, surface, (&lattice, cell), points, scratch)
+            fill_cell(world, window, (&lattice, cell), (width, points), scratch)
         })
         .collect();
     let mut set = CellSet { lattice, leaving: Default::default(), kept: Default::default() };
@@ -186,10 +190,9 @@ fn cell_set(world: &World, scatterer: &Scatterer, surface: u32, (count, k): (f64
 
 fn fill_cell(
     world: &World,
-    scatterer: &Scatterer,
-    surface: u32,
+    (surface, scatterer): (u32, &Scatterer),
     (lattice, cell): (&Lattice, usize),
-    stream: u64,
+    (width, stream): (f64, u64),
     scratch: &mut DirectScratch,
 ) -> Cell {
     let own = &world.surfaces.list[surface as usize];
@@ -206,7 +209,7 @@ fn fill_cell(
         if irradiance[SKY].is_empty() {
             continue;
         }
-        arriving(world, (surface, front), scatterer, place, stream ^ cell as u64, scratch, &mut irradiance);
+        arriving(world, (surface, front), place, (width, stream ^ cell as u64), scratch, &mut irradiance);
         let stays = scatterer.stays(front);
         for (group, e) in irradiance.iter().enumerate() {
             let stay = |(i, e): (usize, &f64)| e * (1.0 - scatterer.lets_by_in(front, i)) / stays;
@@ -221,16 +224,15 @@ fn fill_cell(
 fn arriving(
     world: &World,
     (surface, front): (u32, bool),
-    scatterer: &Scatterer,
     place: impl Fn(u32) -> DVec3,
-    sample: u64,
+    (width, sample): (f64, u64),
     scratch: &mut DirectScratch,
     irradiance: &mut [Vec<f64>],
 ) {
-    let Some(light) = world.daylight() else { return };
+    let (Some(light), Some(scatterer)) = (world.daylight(), world.scatterer(surface)) else { return };
     let own = &world.surfaces.list[surface as usize];
     let normal = own.side_normal(front);
-    visible_directions(world, (place(0), normal), sample, WIDTH, scratch, &mut |seen| {
+    visible_directions(world, (place(0), normal), sample, width, scratch, &mut |seen| {
         let patch = scatterer.incoming_patch(own, front, -seen.direction);
         let (group, luminance) = if seen.direction.z < 0.0 {
             (GROUND, if light.ground_reflectance > 0.0 { std::f64::consts::FRAC_1_PI } else { 0.0 })

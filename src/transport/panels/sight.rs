@@ -124,18 +124,13 @@ struct Look<'a> {
 impl Look<'_> {
     /// Adds the light of a piece that is seen whole.
     fn piece(&self, piece: &Piece, tint: &mut Tint, out: &mut [f64]) {
-        let exact = PI * configuration_factor(&piece.polygon, self.eye.normal);
-        if exact < PI * DARK || self.eye.is_shut(piece) {
+        if configuration_factor(&piece.polygon, self.eye.normal) < DARK || self.eye.is_shut(piece) {
             return;
         }
-        // The points tell how the light is spread; how much is seen of the window is known.
-        let mut all = 0.0;
-        self.eye.points(&piece.polygon, self.width, &mut |_, weight| all += weight);
-        let fit = if all > 0.0 { exact / all } else { 0.0 };
         self.eye.somewhere(&piece.polygon, self.width, &mut |direction, weight| {
             tint.reset();
             self.eye.at_panes(piece.panes(), direction, |pane, cosine| tint.pass(pane, cosine, 1.0));
-            self.add(direction, weight * fit, tint, out);
+            self.add(direction, weight, tint, out);
         });
     }
 
