@@ -5,7 +5,7 @@ mod common;
 use clerestory::measure::Measurement;
 use clerestory::mesh::{ElementKey, Elements, Importance};
 use clerestory::scene::{Material, Scene};
-use clerestory::solve;
+use clerestory::solve::{self, Abreast};
 use clerestory::spectrum::{BandMode, Bands, SpectralValue};
 use clerestory::transport::{Optics, RowSettings, Rows, World};
 use common::{
@@ -84,7 +84,8 @@ impl Solved {
         }
         let settings = RowSettings { replicas: 4, rays: 8, lit_every: 1, seed: 1, max_elements: 1_000_000 };
         let rows = Rows::expand(&world, &optics, &mut mesh, &settings);
-        let solution = solve::solve(&world, &optics, &mesh, &rows, accuracy).expect("a solution");
+        let solution =
+            solve::solve(&world, &optics, &mesh, &rows, (accuracy, Abreast::fastest(mesh.len()))).expect("a solution");
         Self { world, optics, mesh, solution }
     }
 

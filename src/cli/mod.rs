@@ -21,7 +21,7 @@ use std::time::Instant;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::error::ErrorKind;
-use crate::measure::{Display, Method};
+use crate::measure::{self, Display, Method};
 use crate::report::{self, Provenance};
 use crate::scene;
 use crate::{Error, Result};
@@ -105,6 +105,10 @@ struct SolveArgs {
     /// What sensors on a patch show; with the classic methods only [default: gather].
     #[arg(long, value_enum)]
     display: Option<DisplayArg>,
+    /// Most memory that the run may plan to take, as 500MB or 2GiB; with the default method and path-tracing only. Results
+    /// depend on it only where a mesh would have been refined beyond it, and run.json says so.
+    #[arg(long, value_name = "SIZE", value_parser = measure::parse_size)]
+    max_memory: Option<u64>,
     /// Paths per sensor; with --method path-tracing only.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     paths: Option<u64>,
@@ -422,6 +426,7 @@ fn provenance(pool: &rayon::ThreadPool, start: Instant) -> Provenance {
         command: std::env::args().collect(),
         threads: pool.current_num_threads(),
         cpu_s: cpu::seconds(),
+        peak_bytes: cpu::peak_bytes(),
         wall_s: start.elapsed().as_secs_f64(),
     }
 }

@@ -58,6 +58,7 @@ fn check_method(args: &SolveArgs) -> Result<()> {
         ("--shots", args.shots.is_some() && args.method != MethodArg::Progressive, "--method progressive"),
         ("--progressive", args.progressive.is_some() && args.method != MethodArg::Progressive, "--method progressive"),
         ("--patches", args.patches.is_some() && !is_classic, "a classic --method, as full-matrix"),
+        ("--max-memory", args.max_memory.is_some() && is_classic, "--method auto or path-tracing"),
         ("--display", args.display.is_some() && !is_classic, "a classic --method, as full-matrix"),
     ];
     match misplaced.iter().find(|(_, wrong, _)| *wrong) {
@@ -77,6 +78,7 @@ fn options(args: &SolveArgs) -> SolveOptions {
         alpha_opic: args.alpha_opic,
         seed: args.run.seed,
         paths: args.paths,
+        max_memory: args.max_memory,
         patches: args.patches,
         shots: args.shots,
         stages: args.progressive.is_some(),

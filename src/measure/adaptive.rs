@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::demand::Demand;
 use super::gather::{Field, Gatherer, REPLICAS, SetSums, Solved};
+use super::memory::{self, Budget};
 use super::options::{Progress, SolveOptions};
 use super::probe::Probe;
 use super::result::Status;
@@ -20,7 +21,7 @@ use crate::transport::points::seed;
 use crate::transport::{DirectScratch, Optics, PANEL_SETS, RowSettings, Rows, World};
 
 /// Rays of an element, over all replicas: refined by size, never by more rays.
-const ROW_RAYS: usize = 32;
+pub(super) const ROW_RAYS: usize = 32;
 /// Tolerance from which half the places on an element tell its direct light well enough.
 const ROUGH: f64 = 0.1;
 /// Rounds after which what does not hold is told instead.
@@ -57,6 +58,8 @@ pub(super) struct Adapted {
     /// Rays per sensor: smallest and largest.
     pub(super) sensor_rays: (u32, u32),
     pub(super) accuracy: f64,
+    /// Most bytes planned for.
+    pub(super) planned_bytes: u64,
 }
 
 /// A scene with its tolerance, ready to be worked on.
@@ -84,6 +87,9 @@ impl Task<'_> {
 
     /// Solves, judges and refines until the tolerance holds or nothing more can be done.
     pub(super) fn refine(&self) -> Result<Adapted> {
+        let budget = Budget::new(self);
+        budget.check()?;
+        let mut planned_bytes = 0;
         let mut timings = Vec::new();
         let mut grids = self.prepare();
         let demand = self.demand(&grids);
@@ -98,7 +104,9 @@ impl Task<'_> {
                 None => {
                     let start = Instant::now();
                     self.progress.stage(&format!("round {round}: elements and rows"), 0);
-                    let fresh = self.solve_at(size, &demand)?;
+                    let fresh = self.solve_at(size, &demand, &budget)?;
+                    planned_bytes = planned_bytes.max(fresh.3);
+                    let fresh = (fresh.0, fresh.1, fresh.2);
                     rays += fresh.2.iter().map(|r| r.rays_cast).sum::<u64>();
                     factors += fresh.2.iter().map(|r| r.factors).sum::<u64>();
                     grids.iter_mut().flatten().for_each(|s| s.restart(self.optics));
@@ -114,7 +122,7 @@ impl Task<'_> {
                 self.judge(grid);
             }
             timings.push((format!("round {round}: gather and judge"), start.elapsed().as_secs_f64()));
-            let plan = self.plan(&mut grids, &mut size, main.mesh.len());
+            let plan = self.plan(&mut grids, &mut size, (main.mesh.len(), budget.most_elements()));
             if plan == Plan::Stop || round == MAX_ROUNDS {
                 let counts = grids.iter().flatten().filter(|s| s.probe.status == Status::Ok);
                 let sensor_rays = counts.fold((u32::MAX, 0), |(lo, hi), s| (lo.min(s.done), hi.max(s.done)));
@@ -133,6 +141,7 @@ impl Task<'_> {
                     timings,
                     sensor_rays: (sensor_rays.0.min(sensor_rays.1), sensor_rays.1),
                     accuracy,
+                    planned_bytes,
                 });
             }
             if plan == Plan::Gather {
@@ -203,9 +212,10 @@ impl Task<'_> {
         self.scene.grids.iter().enumerate().map(grid).collect()
     }
 
-    /// Meshes at `size` and twice that, asked for by the sensors and pixels, with their solutions.
-    fn solve_at(&self, size: f64, demand: &Demand) -> Result<(Solved, Solved, [Rows; 2])> {
-        let build = |size: f64, purpose: u64| -> Result<(Solved, Rows)> {
+    /// Meshes at `size` and twice that, asked for by the sensors and pixels, with their solutions, and the bytes planned.
+    fn solve_at(&self, size: f64, demand: &Demand, budget: &Budget) -> Result<(Solved, Solved, [Rows; 2], u64)> {
+        let most = budget.most_elements();
+        let build = |size: f64, purpose: u64| -> Result<(Solved, Rows, u64)> {
             let mut mesh = Elements::new(&self.world.surfaces, size, &demand.importance);
             let keys: Vec<ElementKey> =
                 demand.landings.par_iter().map(|(s, front, uv)| mesh.key_at(*s, *front, *uv)).collect();
@@ -217,15 +227,24 @@ impl Task<'_> {
                 rays: ROW_RAYS / REPLICAS,
                 lit_every: if self.options.tolerance < ROUGH { 1 } else { 2 },
                 seed: seed(&[self.options.seed, purpose]),
-                max_elements: MAX_ELEMENTS,
+                max_elements: MAX_ELEMENTS.min(most),
             };
             let rows = Rows::expand(self.world, self.optics, &mut mesh, &settings);
-            let solution = solve::solve(self.world, self.optics, &mesh, &rows, self.accuracy())?;
-            Ok((Solved::new(mesh, solution, self.optics), rows))
+            if rows.refused > 0 && mesh.len() >= most {
+                return Err(budget.exceeded(mesh.capacity()));
+            }
+            let way = budget.way(mesh.len())?;
+            let planned = budget.peak(mesh.len(), way);
+            if purpose == stream::ROWS {
+                let (count, told) = (mesh.len(), memory::size(planned));
+                self.progress.note(&format!("{count} elements: {told} of memory at the peak, by plan"));
+            }
+            let solution = solve::solve(self.world, self.optics, &mesh, &rows, (self.accuracy(), way))?;
+            Ok((Solved::new(mesh, solution, self.optics), rows, planned))
         };
-        let (main, rows) = build(size, stream::ROWS)?;
-        let (twin, twin_rows) = build(2.0 * size, stream::TWIN)?;
-        Ok((main, twin, [rows, twin_rows]))
+        let (main, rows, planned) = build(size, stream::ROWS)?;
+        let (twin, twin_rows, _) = build(2.0 * size, stream::TWIN)?;
+        Ok((main, twin, [rows, twin_rows], planned))
     }
 
     /// Where the first rays of the sensors and of some pixels land.
@@ -313,7 +332,8 @@ impl Task<'_> {
 
     /// Decides what to refine: rays of sensors whose own noise fails them; for the others the mesh, or how far their
     /// rays go on as paths, whichever is cheaper.
-    fn plan(&self, grids: &mut [Vec<SensorState>], size: &mut f64, elements: usize) -> Plan {
+    fn plan(&self, grids: &mut [Vec<SensorState>], size: &mut f64, (elements, most): (usize, usize)) -> Plan {
+        let most = REFINED_ELEMENTS.min(most);
         let tolerance = self.options.tolerance;
         let open: Vec<Vec<usize>> = grids.iter().map(|g| self.open_quantities(g)).collect();
         if open.iter().all(Vec::is_empty) {
@@ -334,12 +354,12 @@ impl Task<'_> {
             }
         }
         let excess = super::statement::median(blaming.iter().map(|b| b.1).collect());
-        let bold = excess > 1.6 && 4 * elements <= REFINED_ELEMENTS;
+        let bold = excess > 1.6 && 4 * elements <= most;
         let growth = if bold { 4.0 } else { 2.0 };
         // In rays: those of the elements and their coarse twins, each with its direct light, and all sensors anew.
         let cost_of_mesh = 2.0 * 1.25 * growth * (elements * ROW_RAYS) as f64 + all_rays;
         let cost_of_paths: f64 = blaming.iter().map(|(s, _)| 2.0 * PATHS_WANT * rays(s)).sum();
-        let may_refine = 2 * elements <= REFINED_ELEMENTS;
+        let may_refine = 2 * elements <= most;
         // What most sensors blame on the mesh is no matter of corners.
         let few = 2 * blaming.len() <= lit && cost_of_paths < cost_of_mesh;
         let further = (few || !may_refine)

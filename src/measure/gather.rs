@@ -14,7 +14,7 @@ use crate::transport::caster::{Hit, MISS, Ray};
 use crate::transport::points::{Points, seed};
 use crate::transport::{
     DirectScratch, Fork, Landing, Optics, PANEL_SETS, Tint, World, chance_weight, cosine_direction, deposit, direct,
-    direct_parts, follow, through_panes,
+    direct_at_vertex, follow, through_panes,
 };
 use crate::vector::wide;
 
@@ -546,7 +546,7 @@ impl<'a> Gatherer<'a> {
                 let shadow = seed(&[stream, u64::from(k), u64::from(bounce)]);
                 self.scratch.set = k as usize % PANEL_SETS;
                 self.scratch.receiver = scatterer.map(|_| (surface, front));
-                direct_parts(world, (x, normal), shadow, false, &mut self.scratch, &mut self.factors);
+                direct_at_vertex(world, (x, normal), shadow, &mut self.scratch, &mut self.factors);
                 // A window with a BSDF knows its sky already.
                 vertex = None;
                 if scatterer.is_none() {

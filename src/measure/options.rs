@@ -21,6 +21,9 @@ pub struct SolveOptions {
     pub shots: Option<u64>,
     /// Keep the pictures of [`Method::Progressive`] on its way.
     pub stages: bool,
+    /// Bytes of memory that a run may take at its peak, by plan; as many as it wants when absent. For [`Method::Auto`] and
+    /// [`Method::PathTracing`].
+    pub max_memory: Option<u64>,
     /// How the classic methods read sensors that lie on a patch.
     pub display: Display,
 }
@@ -37,6 +40,7 @@ impl Default for SolveOptions {
             patches: None,
             shots: None,
             stages: false,
+            max_memory: None,
             display: Display::Gather,
         }
     }

@@ -187,6 +187,10 @@ pub struct Record {
     pub timings_s: Vec<(String, f64)>,
     /// What the user should know.
     pub warnings: Vec<String>,
+    /// Bytes of memory planned for the peak; none for the classic methods and for a year.
+    pub planned_bytes: Option<u64>,
+    /// Bytes allowed.
+    pub max_memory: Option<u64>,
 }
 
 /// A setting the tool chose.

@@ -11,6 +11,7 @@ use super::alpha_opic::AlphaOpicScale;
 use super::appraisal::Appraisal;
 use super::coefficients::Coefficients;
 use super::gather::Solved;
+use super::memory::Budget;
 use super::options::{Method, Progress, SolveOptions};
 use super::probe::{Probe, hidden};
 use super::result::{
@@ -23,6 +24,7 @@ use super::{appraisal, bsdf, classic, glare, ledger, path_tracing, picture, room
 use crate::error::{Error, Result};
 use crate::light::{Daylight, Emitter, Luminaire, Luminaires};
 use crate::scene::{Grid, MaterialKind, Receiver, Scene, Sensor};
+use crate::solve::Abreast;
 use crate::spectrum::{Bands, SpectralValue, Spectrum};
 use crate::transport::caster::{MISS, Ray};
 use crate::transport::points::seed;
@@ -90,9 +92,15 @@ pub fn solve(scene: &Scene, options: &SolveOptions, progress: &dyn Progress) -> 
         record.warnings.push("the classic methods tell nothing of the states of the lights".into());
     }
     let task = Task { scene, world: &world, optics: &optics, channels: &channels, options, progress };
+    record.max_memory = options.max_memory;
     let mut measurement = match options.method {
         Method::Auto => by_radiosity(&task, record)?,
-        Method::PathTracing => by_path_tracing(&task, record),
+        Method::PathTracing => {
+            let budget = Budget::new(&task);
+            budget.check()?;
+            record.planned_bytes = Some(budget.peak(0, Abreast::Block));
+            by_path_tracing(&task, record)
+        }
         _ => classic::run(&task, record)?,
     };
     measurement.alpha_opic = alpha_opic;
@@ -285,6 +293,7 @@ fn by_radiosity(task: &Task<'_>, mut record: Record) -> Result<Measurement> {
         let join = |solved: &Solved| solved.joined(task.optics, &optics);
         (join(&adapted.main), join(&adapted.twin), optics)
     });
+    record.planned_bytes = Some(adapted.planned_bytes);
     let (main, twin, optics) =
         whole.as_ref().map_or((&adapted.main, &adapted.twin, task.optics), |w| (&w.0, &w.1, &w.2));
     let joined = Task { optics, ..*task };

@@ -266,6 +266,12 @@ impl Elements {
         self.table.len()
     }
 
+    /// Bytes that an element takes, about: with an outline of five vertices, and places in the table for four.
+    #[must_use]
+    pub fn bytes_per_element() -> usize {
+        size_of::<Element>() + 5 * size_of::<DVec2>() + 4 * size_of::<u32>()
+    }
+
     /// Side of a block of that name, in sides of a cell.
     #[must_use]
     pub fn block_side(&self, key: ElementKey) -> f64 {

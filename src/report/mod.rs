@@ -60,6 +60,8 @@ pub struct Provenance {
     pub cpu_s: Option<f64>,
     /// Wall time, s.
     pub wall_s: f64,
+    /// Largest memory held, bytes, where the system tells it.
+    pub peak_bytes: Option<u64>,
 }
 
 /// Writes a text as a file of `dir`, which is made if it is missing.

@@ -41,6 +41,7 @@ pub(super) fn preface(schema: &str, scene: &Scene, record: &Record, provenance: 
         ("threads", json!(provenance.threads)),
         ("cpu_s", json!(provenance.cpu_s)),
         ("wall_s", json!(provenance.wall_s)),
+        ("memory", memory(record, provenance)),
         ("title", json!(scene.title)),
         ("inputs", inputs.collect()),
         ("seed", json!(record.seed)),
@@ -52,6 +53,15 @@ pub(super) fn preface(schema: &str, scene: &Scene, record: &Record, provenance: 
         ("warnings", json!(warnings)),
     ];
     keys.map(|(k, v)| (k.to_owned(), v)).into_iter().collect()
+}
+
+/// Bytes planned for the peak, held at it, allowed.
+fn memory(record: &Record, provenance: &Provenance) -> Value {
+    json!({
+        "planned_bytes": record.planned_bytes,
+        "peak_bytes": provenance.peak_bytes,
+        "max_bytes": record.max_memory,
+    })
 }
 
 /// How the spectrum is divided. The limits of nominal bands (RGB) only say where they lie: they have no edges.

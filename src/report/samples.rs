@@ -161,6 +161,8 @@ pub(super) fn measurement(mode: &BandMode) -> Measurement {
             counts: vec![("rays".into(), 123_456)],
             timings_s: vec![("solve".into(), 0.5)],
             warnings: vec!["the run says so".into()],
+            planned_bytes: Some(2 << 20),
+            max_memory: None,
         },
     }
 }

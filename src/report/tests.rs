@@ -19,6 +19,7 @@ fn provenance() -> Provenance {
         threads: 2,
         cpu_s: None,
         wall_s: 1.5,
+        peak_bytes: Some(1 << 20),
     }
 }
 

@@ -3,7 +3,9 @@
 //! Sampled rows are not reciprocal, so the symmetric form is not open. One isolated eigenvalue goes to one with the
 //! reflectance; a Krylov method takes it in a step or two, where sweeps need 1/(1 − ρ) of them.
 
-use super::exchange::{Exchange, Way};
+use rayon::prelude::*;
+
+use super::exchange::{Exchange, Exit, Way};
 use super::scattering::Scattering;
 use crate::mesh::Elements;
 use crate::transport::{Optics, Rows, World};
@@ -13,6 +15,8 @@ pub const LANES: usize = 8;
 /// Values of the right-hand sides that are solved abreast.
 pub type Lanes = [f64; LANES];
 const MAX_STEPS: usize = 200;
+/// Elements that are worth a task; sums are taken piece by piece, so that they do not depend on the number of threads.
+pub(super) const PIECE: usize = 1 << 12;
 
 /// One block of bands of one replica.
 #[derive(Debug)]
@@ -29,9 +33,9 @@ pub struct Block<'a> {
     pub replica: usize,
     /// Its matrix.
     pub exchange: &'a Exchange,
-    /// The matrix of another replica, whose rays tell what escapes: an element's own rays also made its radiosity, and
-    /// the product of the two would count too little.
-    pub other: &'a Exchange,
+    /// What leaves by the rays of another replica: an element's own rays also made its radiosity, and the product of the
+    /// two would count too little.
+    pub(super) exits: &'a [Exit],
     /// Which block of eight bands.
     pub block: usize,
 }
@@ -54,6 +58,11 @@ pub struct BlockResult {
 }
 
 impl Block<'_> {
+    /// Bytes that an element takes: eight vectors, the result, material and side.
+    pub(super) fn bytes_per_element() -> usize {
+        8 * size_of::<Lanes>() + size_of::<[f32; LANES]>() + size_of::<(u32, bool)>()
+    }
+
     /// Solves to a relative residual of `accuracy` in every band.
     #[must_use]
     pub fn solve(&self, accuracy: f64) -> BlockResult {
@@ -68,7 +77,7 @@ impl Block<'_> {
             source
         };
         let system = System { exchange: self.exchange, scattering: &scattering, tints: &tints };
-        let (radiosity, products, residual) = system.solve(&source, accuracy);
+        let (radiosity, products, residual) = system.solve(source, accuracy);
         let mut result = BlockResult {
             radiosity: radiosity.iter().map(|b| b.map(|x| x as f32)).collect(),
             absorbed: [0.0; LANES],
@@ -140,7 +149,7 @@ impl Block<'_> {
                 result.absorbed[l] += self.exchange.area[i] * kept[i][l] * (direct[i][l] + arriving[l]);
             }
         }
-        for exit in &self.other.exits {
+        for exit in self.exits {
             let i = exit.element as usize;
             let flux = self.exchange.area[i] * f64::from(exit.share);
             let tint = &tints[exit.tint as usize];
@@ -169,24 +178,25 @@ impl System<'_> {
     fn apply(&self, x: &[Lanes], out: &mut [Lanes]) {
         self.exchange.product(x, self.tints, out);
         self.scattering.act(out);
-        for (o, x) in out.iter_mut().zip(x) {
-            *o = std::array::from_fn(|l| x[l] - o[l]);
-        }
+        pieces(out, x).for_each(|(out, x)| {
+            for (o, x) in out.iter_mut().zip(x) {
+                *o = std::array::from_fn(|l| x[l] - o[l]);
+            }
+        });
     }
 
     /// Radiosities for a source of reflected direct light, to a relative residual of `accuracy` in every lane; products
     /// needed, and the residual.
-    pub(super) fn solve(&self, source: &[Lanes], accuracy: f64) -> (Vec<Lanes>, usize, f64) {
+    pub(super) fn solve(&self, source: Vec<Lanes>, accuracy: f64) -> (Vec<Lanes>, usize, f64) {
         let n = source.len();
-        let mut x = source.to_vec(); // direct light reflected once: a better start than nothing
+        let whole = dot(&source, &source);
+        let mut x = source; // direct light reflected once: a better start than nothing
         let mut r = vec![[0.0; LANES]; n];
         self.apply(&x, &mut r);
-        for (r, s) in r.iter_mut().zip(source) {
-            *r = std::array::from_fn(|l| s[l] - r[l]);
-        }
+        add_times(&mut r, &x, &[-1.0; LANES]);
+        scale(&mut r, &[-1.0; LANES]);
         let shadow = r.clone();
         let (mut p, mut v, mut t) = (r.clone(), vec![[0.0; LANES]; n], vec![[0.0; LANES]; n]);
-        let whole = dot(source, source);
         let mut rr = dot(&r, &r);
         let mut along = rr;
         let mut products = 1;
@@ -198,34 +208,25 @@ impl System<'_> {
             self.apply(&p, &mut v);
             let shadow_v = dot(&shadow, &v);
             let alpha: Lanes = std::array::from_fn(|l| ratio(along[l], shadow_v[l]));
-            for i in 0..n {
-                for l in 0..LANES {
-                    x[i][l] += alpha[l] * p[i][l];
-                    r[i][l] -= alpha[l] * v[i][l];
-                }
-            }
+            add_times(&mut x, &p, &alpha);
+            add_times(&mut r, &v, &alpha.map(|a| -a));
             products += 1;
-            if relative(&dot(&r, &r)) <= accuracy {
-                rr = dot(&r, &r);
+            rr = dot(&r, &r);
+            if relative(&rr) <= accuracy {
                 break;
             }
             self.apply(&r, &mut t);
             products += 1;
             let (tr, tt) = (dot(&t, &r), dot(&t, &t));
             let omega: Lanes = std::array::from_fn(|l| ratio(tr[l], tt[l]));
-            for i in 0..n {
-                for l in 0..LANES {
-                    x[i][l] += omega[l] * r[i][l];
-                    r[i][l] -= omega[l] * t[i][l];
-                }
-            }
+            add_times(&mut x, &r, &omega);
+            add_times(&mut r, &t, &omega.map(|o| -o));
             let next = dot(&shadow, &r);
             let beta: Lanes = std::array::from_fn(|l| ratio(next[l], along[l]) * ratio(alpha[l], omega[l]));
-            for i in 0..n {
-                for l in 0..LANES {
-                    p[i][l] = r[i][l] + beta[l] * (p[i][l] - omega[l] * v[i][l]);
-                }
-            }
+            // p = r + β (p − ω v)
+            add_times(&mut p, &v, &omega.map(|o| -o));
+            scale(&mut p, &beta);
+            add_times(&mut p, &r, &[1.0; LANES]);
             along = next;
             rr = dot(&r, &r);
         }
@@ -238,12 +239,35 @@ fn ratio(a: f64, b: f64) -> f64 {
     if b == 0.0 { 0.0 } else { a / b }
 }
 
-fn dot(a: &[Lanes], b: &[Lanes]) -> Lanes {
-    let mut sum = [0.0; LANES];
-    for (x, y) in a.iter().zip(b) {
-        for l in 0..LANES {
-            sum[l] += x[l] * y[l];
+/// Two vectors, piece by piece.
+fn pieces<'a>(
+    a: &'a mut [Lanes],
+    b: &'a [Lanes],
+) -> impl IndexedParallelIterator<Item = (&'a mut [Lanes], &'a [Lanes])> {
+    a.par_chunks_mut(PIECE).zip(b.par_chunks(PIECE))
+}
+
+/// `a += times · b`.
+fn add_times(a: &mut [Lanes], b: &[Lanes], times: &Lanes) {
+    pieces(a, b).for_each(|(a, b)| {
+        for (a, b) in a.iter_mut().zip(b) {
+            (0..LANES).for_each(|l| a[l] += times[l] * b[l]);
         }
-    }
-    sum
+    });
+}
+
+fn scale(a: &mut [Lanes], times: &Lanes) {
+    a.par_chunks_mut(PIECE).for_each(|a| a.iter_mut().for_each(|a| (0..LANES).for_each(|l| a[l] *= times[l])));
+}
+
+fn dot(a: &[Lanes], b: &[Lanes]) -> Lanes {
+    let of_piece = |(a, b): (&[Lanes], &[Lanes])| {
+        let mut sum = [0.0; LANES];
+        for (x, y) in a.iter().zip(b) {
+            (0..LANES).for_each(|l| sum[l] += x[l] * y[l]);
+        }
+        sum
+    };
+    let sums: Vec<Lanes> = a.par_chunks(PIECE).zip(b.par_chunks(PIECE)).map(of_piece).collect();
+    sums.iter().fold([0.0; LANES], |all, s| std::array::from_fn(|l| all[l] + s[l]))
 }

@@ -39,6 +39,6 @@ impl Columns {
         let scattering = &self.scattering[band];
         let mut source = direct.to_vec();
         scattering.act(&mut source);
-        System { exchange: &self.exchanges[replica], scattering, tints: &tints }.solve(&source, self.accuracy).0
+        System { exchange: &self.exchanges[replica], scattering, tints: &tints }.solve(source, self.accuracy).0
     }
 }

@@ -14,6 +14,11 @@
 //! would be exactly reciprocal, but every ray would then carry light back the way it came, which was measured to bias
 //! reflected light by 1 to 2 %.
 
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::bicgstab::PIECE;
 use super::is_open;
 use crate::mesh::Elements;
 use crate::transport::{Rows, Target};
@@ -24,18 +29,19 @@ const SET: usize = 64;
 /// Rays that a set must receive to be balanced: with fewer, the mend is noisier than the ill.
 const ENOUGH: usize = 96;
 const MAX_SWEEPS: usize = 60;
+/// Rows that are summed by themselves.
+const STRETCH: usize = 1 << 16;
 
 /// The transport matrix `F` of one replica, by rows.
 #[derive(Clone, Debug)]
 pub struct Exchange {
     /// Valid area of each element, in the program's frame.
     pub area: Vec<f64>,
-    /// Share of each row that stays in the scene.
-    pub closed: Vec<f64>,
     start: Vec<u32>,
-    entries: Vec<Entry>,
-    /// What does not arrive at an element.
-    pub(super) exits: Vec<Exit>,
+    /// Element and value of each entry; tints where there are any.
+    columns: Vec<u32>,
+    values: Vec<f32>,
+    tints: Vec<u32>,
     /// Largest correction of a set, `|c − 1|`.
     pub correction: f64,
     /// Set of each element; [`ALONE`] where it is left as it is.
@@ -47,13 +53,6 @@ pub struct Exchange {
 
 /// In no set.
 const ALONE: u32 = u32::MAX;
-
-#[derive(Clone, Copy, Debug)]
-struct Entry {
-    column: u32,
-    value: f32,
-    tint: u32,
-}
 
 /// Share of an element's radiosity that arrives nowhere.
 #[derive(Clone, Copy, Debug)]
@@ -75,47 +74,28 @@ pub(super) enum Way {
     Tinted,
 }
 
-impl Exchange {
-    /// The matrix of one replica, as its rays have it.
-    #[must_use]
-    pub fn new(mesh: &Elements, rows: &Rows, replica: usize) -> Self {
-        let n = mesh.len();
-        let area: Vec<f64> = mesh.list().iter().zip(&rows.valid).map(|(e, v)| e.area * f64::from(*v)).collect();
-        let mut exchange = Self {
-            area,
-            closed: Vec::with_capacity(n),
-            start: Vec::with_capacity(n + 1),
-            entries: Vec::with_capacity(n * rows.rays),
-            exits: Vec::new(),
-            correction: 0.0,
-            set: Vec::new(),
-            lack: Vec::new(),
-            sets: 0,
-        };
-        exchange.start.push(0);
-        for i in 0..n {
-            let closed = exchange.enter(rows, replica, i);
-            exchange.closed.push(closed);
-        }
-        exchange
-    }
+/// What the rays of one replica saw closed and open.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Openings {
+    /// Share of each row that stays in the scene.
+    pub(super) closed: Vec<f64>,
+    /// What does not arrive at an element.
+    pub(super) exits: Vec<Exit>,
+}
 
-    /// Balances the matrix to the relative closure defect `closure`. `sends` is the closed share of each element as
-    /// other replicas saw it: an element's own rays also make its radiosity, and the product of the two would count too
-    /// much light.
-    pub fn balance(&mut self, mesh: &Elements, sends: &[f64], closure: f64) {
-        self.choose_sets(mesh);
-        let sum = |shares: &[f64]| shares.iter().zip(&self.area).map(|(s, a)| s * a).sum::<f64>();
-        let fit = sum(&self.closed) / sum(sends).max(1e-300);
-        let sends: Vec<f64> = sends.iter().map(|s| s * fit).collect();
-        self.scale(&sends, closure);
-        self.find_lack(&sends);
+impl Openings {
+    pub(super) fn new(rows: &Rows, replica: usize) -> Self {
+        let mut openings = Self::default();
+        for i in 0..rows.valid.len() {
+            let closed = openings.enter(rows, replica, i);
+            openings.closed.push(closed);
+        }
+        openings
     }
 
     /// Enters one row; returns the share of it that stays in the scene.
     fn enter(&mut self, rows: &Rows, replica: usize, i: usize) -> f64 {
-        let counted = rows.row(replica, i).filter(|(t, _, _)| *t != Target::Covered).count();
-        let weight = 1.0 / counted.max(1) as f32;
+        let weight = weight(rows, replica, i);
         let mut closed = 0.0;
         for (target, share, tint) in rows.row(replica, i) {
             let mut exit = |share: f32, tint, way| {
@@ -124,8 +104,7 @@ impl Exchange {
                 }
             };
             let value = share * weight;
-            if let Target::Element(column) = target {
-                self.entries.push(Entry { column, value, tint });
+            if let Target::Element(_) = target {
                 closed += f64::from(value);
             } else if is_open(target) {
                 exit(value, tint, if target == Target::Escaped { Way::Escaped } else { Way::Lost });
@@ -137,12 +116,84 @@ impl Exchange {
                 }
             }
         }
-        self.start.push(self.entries.len() as u32);
         closed
     }
 
+    /// Mean closed share of each element over the replicas other than one.
+    pub(super) fn closed_by_others(all: &[Self], replica: usize) -> Vec<f64> {
+        let others: Vec<&Self> =
+            all.iter().enumerate().filter(|(r, _)| *r != replica || all.len() == 1).map(|(_, o)| o).collect();
+        let share = 1.0 / others.len() as f64;
+        (0..all[replica].closed.len()).map(|i| others.iter().map(|o| o.closed[i]).sum::<f64>() * share).collect()
+    }
+}
+
+/// Share of one ray of a row.
+fn weight(rows: &Rows, replica: usize, i: usize) -> f32 {
+    1.0 / rows.row(replica, i).filter(|(t, _, _)| *t != Target::Covered).count().max(1) as f32
+}
+
+impl Exchange {
+    /// The matrix of one replica, balanced to the relative closure defect `closure`.
+    ///
+    /// What each element sends is its closed share as other replicas saw it: an element's own rays also make its
+    /// radiosity, and the product of the two would count too much light.
+    pub(super) fn balanced(
+        mesh: &Elements,
+        rows: &Rows,
+        (openings, replica): (&[Openings], usize),
+        closure: f64,
+    ) -> Self {
+        let mut exchange = Self::new(mesh, rows, replica);
+        let closed = &openings[replica].closed;
+        exchange.choose_sets(mesh, closed);
+        let sum = |shares: &[f64]| shares.iter().zip(&exchange.area).map(|(s, a)| s * a).sum::<f64>();
+        let mut sends = Openings::closed_by_others(openings, replica);
+        let fit = sum(closed) / sum(&sends).max(1e-300);
+        sends.iter_mut().for_each(|s| *s *= fit);
+        exchange.scale(closed, &sends, closure);
+        exchange.find_lack(&sends);
+        exchange
+    }
+
+    /// Bytes that an element takes with so many rays: entries with their sets, and a dozen numbers.
+    pub(super) fn bytes_per_element(rays: usize) -> usize {
+        rays * 3 * size_of::<u32>() + 12 * size_of::<f64>()
+    }
+
+    /// The matrix as its rays have it.
+    fn new(mesh: &Elements, rows: &Rows, replica: usize) -> Self {
+        let n = mesh.len();
+        let area: Vec<f64> = mesh.list().iter().zip(&rows.valid).map(|(e, v)| e.area * f64::from(*v)).collect();
+        let mut exchange = Self {
+            area,
+            start: Vec::with_capacity(n + 1),
+            columns: Vec::with_capacity(n * rows.rays),
+            values: Vec::with_capacity(n * rows.rays),
+            tints: Vec::new(),
+            correction: 0.0,
+            set: Vec::new(),
+            lack: Vec::new(),
+            sets: 0,
+        };
+        exchange.start.push(0);
+        for i in 0..n {
+            let weight = weight(rows, replica, i);
+            for (target, share, tint) in rows.row(replica, i) {
+                let Target::Element(column) = target else { continue };
+                exchange.columns.push(column);
+                exchange.values.push(share * weight);
+                if rows.tints.len() > 1 {
+                    exchange.tints.push(tint);
+                }
+            }
+            exchange.start.push(exchange.columns.len() as u32);
+        }
+        exchange
+    }
+
     /// Neighbours on one side of one surface that rays join, and that receive enough rays.
-    fn choose_sets(&mut self, mesh: &Elements) {
+    fn choose_sets(&mut self, mesh: &Elements, closed: &[f64]) {
         let list = mesh.list();
         let component = self.components();
         let key = |i: usize| {
@@ -152,15 +203,15 @@ impl Exchange {
         let mut order: Vec<usize> = (0..list.len()).collect();
         order.sort_unstable_by_key(|i| (key(*i), list[*i].key));
         let mut received = vec![0usize; list.len()];
-        for e in &self.entries {
-            received[e.column as usize] += 1;
+        for column in &self.columns {
+            received[*column as usize] += 1;
         }
         self.set = vec![ALONE; list.len()];
         for members in order.chunk_by(|a, b| key(*a) == key(*b)) {
             // A set that sends most of its light into the open amplifies nothing, and its few rays that come back tell
             // worse what others receive from it than their own rays do.
-            let closed: f64 = members.iter().map(|i| self.closed[*i]).sum();
-            let is_closed = 2.0 * closed >= members.len() as f64;
+            let sent: f64 = members.iter().map(|i| closed[*i]).sum();
+            let is_closed = 2.0 * sent >= members.len() as f64;
             if is_closed && members.iter().map(|i| received[*i]).sum::<usize>() >= ENOUGH {
                 members.iter().for_each(|i| self.set[*i] = self.sets as u32);
                 self.sets += 1;
@@ -180,15 +231,14 @@ impl Exchange {
         }
         for i in 0..self.area.len() {
             for k in self.start[i]..self.start[i + 1] {
-                let (a, b) = (root(&mut parent, i as u32), root(&mut parent, self.entries[k as usize].column));
+                let (a, b) = (root(&mut parent, i as u32), root(&mut parent, self.columns[k as usize]));
                 parent[a.max(b) as usize] = a.min(b);
             }
         }
         (0..self.area.len() as u32).map(|i| root(&mut parent, i)).collect()
     }
 
-    fn scale(&mut self, sends: &[f64], closure: f64) {
-        let set = |e: &Entry| self.set[e.column as usize];
+    fn scale(&mut self, closed: &[f64], sends: &[f64], closure: f64) {
         let mut target = vec![0.0f64; self.sets];
         for (i, s) in self.set.iter().enumerate() {
             if *s != ALONE {
@@ -196,51 +246,62 @@ impl Exchange {
             }
         }
         let total: f64 = target.iter().sum();
-        let mut columns = vec![1.0f64; self.sets];
-        let mut rows = vec![1.0f64; sends.len()];
+        // What goes to elements in no set is in a set of its own, whose factor counts for nothing.
+        let none = self.sets as u32;
+        let sets: Vec<u32> = self.columns.iter().map(|c| self.set[*c as usize].min(none)).collect();
+        let mut factors = vec![1.0f64; self.sets + 1];
+        factors[self.sets] = 0.0;
+        let alone: Vec<f64> = (0..sends.len())
+            .map(|i| self.span(i).filter(|k| sets[*k] == none).map(|k| f64::from(self.values[k])).sum())
+            .collect();
+        // What the scaled entries of a row are multiplied by to sum to what they summed to. What goes to elements in no set
+        // stays: a room must not lose the view of a facade because few of the facade's rays find its window.
+        let renormalise = |i: usize, factors: &[f64]| {
+            let scaled: f64 = self.span(i).map(|k| f64::from(self.values[k]) * factors[sets[k] as usize]).sum();
+            if scaled > 0.0 { (closed[i] - alone[i]) / scaled } else { 1.0 }
+        };
         for _ in 0..MAX_SWEEPS {
-            let mut arriving = vec![0.0f64; self.sets];
-            for (i, row) in rows.iter_mut().enumerate() {
-                let own = self.row(i);
-                *row = self.renormalise(i, &columns);
-                for e in own.iter().filter(|e| set(e) != ALONE) {
-                    arriving[set(e) as usize] += self.area[i] * *row * f64::from(e.value) * columns[set(e) as usize];
+            let arriving = self.sum_in_stretches(sends.len(), |i, arriving| {
+                let light = self.area[i] * renormalise(i, &factors);
+                for k in self.span(i) {
+                    let set = sets[k] as usize;
+                    arriving[set] += light * f64::from(self.values[k]) * factors[set];
                 }
-            }
+            });
             let defect: f64 = arriving.iter().zip(&target).map(|(a, t)| (a - t).abs()).sum();
             if defect <= closure * total {
                 break;
             }
-            for ((c, a), t) in columns.iter_mut().zip(&arriving).zip(&target) {
+            for ((c, a), t) in factors.iter_mut().zip(&arriving).zip(&target) {
                 if *a > 0.0 && *t > 0.0 {
                     *c *= t / a;
                 }
             }
         }
-        for i in 0..sends.len() {
-            let row = self.renormalise(i, &columns);
-            let own = &mut self.entries[self.start[i] as usize..self.start[i + 1] as usize];
-            for e in own {
-                let set = self.set[e.column as usize];
-                if set != ALONE {
-                    e.value = (f64::from(e.value) * columns[set as usize] * row) as f32;
-                }
+        let rows: Vec<f64> = (0..sends.len()).map(|i| renormalise(i, &factors)).collect();
+        for (i, row) in rows.into_iter().enumerate() {
+            for k in self.span(i).filter(|k| sets[*k] != none) {
+                self.values[k] = (f64::from(self.values[k]) * factors[sets[k] as usize] * row) as f32;
             }
         }
-        self.correction = columns.iter().map(|c| (c - 1.0).abs()).fold(0.0, f64::max);
+        self.correction = factors[..self.sets].iter().map(|c| (c - 1.0).abs()).fold(0.0, f64::max);
     }
 
-    /// What the scaled entries of a row are multiplied by to sum to what they summed to. What goes to elements in no set
-    /// stays: a room must not lose the view of a facade because few of the facade's rays find its window.
-    fn renormalise(&self, i: usize, columns: &[f64]) -> f64 {
-        let (mut scaled, mut alone) = (0.0, 0.0);
-        for e in self.row(i) {
-            match self.set[e.column as usize] {
-                ALONE => alone += f64::from(e.value),
-                set => scaled += f64::from(e.value) * columns[set as usize],
-            }
+    /// Sums over the rows by set, stretch by stretch, so that they do not depend on the number of threads.
+    fn sum_in_stretches(&self, rows: usize, add: impl Fn(usize, &mut [f64]) + Sync) -> Vec<f64> {
+        let sum = |first: usize| {
+            let mut sums = vec![0.0f64; self.sets + 1];
+            (first..rows.min(first + STRETCH)).for_each(|i| add(i, &mut sums));
+            sums
+        };
+        let firsts: Vec<usize> = (0..rows).step_by(STRETCH).collect();
+        let parts: Vec<Vec<f64>> = firsts.into_par_iter().map(sum).collect();
+        let mut all = vec![0.0f64; self.sets + 1];
+        for part in parts {
+            all.iter_mut().zip(part).for_each(|(all, p)| *all += p);
         }
-        if scaled > 0.0 { (self.closed[i] - alone) / scaled } else { 1.0 }
+        all.truncate(self.sets);
+        all
     }
 
     /// What each column lacks within its set.
@@ -248,8 +309,8 @@ impl Exchange {
         let n = self.area.len();
         let mut arriving = vec![0.0f64; n];
         for i in 0..n {
-            for e in self.row(i) {
-                arriving[e.column as usize] += self.area[i] * f64::from(e.value);
+            for k in self.span(i) {
+                arriving[self.columns[k] as usize] += self.area[i] * f64::from(self.values[k]);
             }
         }
         let mut sums = vec![(0.0f64, 0.0f64); self.sets];
@@ -288,38 +349,37 @@ impl Exchange {
             .collect()
     }
 
-    fn row(&self, i: usize) -> &[Entry] {
-        &self.entries[self.start[i] as usize..self.start[i + 1] as usize]
-    }
-
-    /// Does any light leave the scene, or get lost in mirrors?
-    #[must_use]
-    pub fn is_open(&self) -> bool {
-        !self.exits.is_empty()
+    /// Entries of a row.
+    fn span(&self, i: usize) -> Range<usize> {
+        self.start[i] as usize..self.start[i + 1] as usize
     }
 
     /// `out = F x`, eight bands at a time; `tints` holds the bands of this block.
     pub(super) fn product(&self, x: &[[f64; 8]], tints: &[[f64; 8]], out: &mut [[f64; 8]]) {
         let x = self.seen(x);
-        sum_rows(self, &x, tints, out);
+        let pieces = out.par_chunks_mut(PIECE).enumerate();
+        pieces.for_each(|(k, out)| sum_rows(self, &x, tints, k * PIECE, out));
     }
 }
 
 wide! {
-    /// Each row times `x`.
-    fn sum_rows(exchange: &Exchange, x: &[[f64; 8]], tints: &[[f64; 8]], out: &mut [[f64; 8]]) {
+    /// The rows from a first one on, each times `x`.
+    fn sum_rows(exchange: &Exchange, x: &[[f64; 8]], tints: &[[f64; 8]], first: usize, out: &mut [[f64; 8]]) {
         for (i, sum) in out.iter_mut().enumerate() {
             let mut acc = [0.0f64; 8];
-            for e in exchange.row(i) {
-                let (v, xj) = (f64::from(e.value), &x[e.column as usize]);
-                if e.tint == 0 {
-                    for lane in 0..8 {
-                        acc[lane] += v * xj[lane];
+            for k in exchange.start[first + i] as usize..exchange.start[first + i + 1] as usize {
+                let (v, xj) = (f64::from(exchange.values[k]), &x[exchange.columns[k] as usize]);
+                match exchange.tints.get(k).copied().unwrap_or(0) {
+                    0 => {
+                        for lane in 0..8 {
+                            acc[lane] += v * xj[lane];
+                        }
                     }
-                } else {
-                    let t = &tints[e.tint as usize];
-                    for lane in 0..8 {
-                        acc[lane] += v * t[lane] * xj[lane];
+                    tint => {
+                        let t = &tints[tint as usize];
+                        for lane in 0..8 {
+                            acc[lane] += v * t[lane] * xj[lane];
+                        }
                     }
                 }
             }

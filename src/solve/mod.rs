@@ -16,6 +16,7 @@ use rayon::prelude::*;
 pub use bicgstab::{Block, BlockResult, LANES, Lanes};
 pub use columns::Columns;
 pub use exchange::Exchange;
+use exchange::Openings;
 
 use crate::error::{Error, Result};
 use crate::mesh::Elements;
@@ -55,24 +56,70 @@ impl Solution {
     }
 }
 
+/// How much is solved at once. It decides speed and memory, no result.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Abreast {
+    /// All replicas and blocks of bands.
+    All,
+    /// One replica after the other: elements are many enough to keep the threads busy.
+    Replica,
+    /// One block of bands after the other: least memory.
+    Block,
+}
+
+/// Elements from which on one replica is solved after the other.
+const MANY_ELEMENTS: usize = 1 << 15;
+
+impl Abreast {
+    /// The fastest for a number of elements.
+    #[must_use]
+    pub fn fastest(elements: usize) -> Self {
+        if elements < MANY_ELEMENTS { Self::All } else { Self::Replica }
+    }
+}
+
+/// Bytes that an element takes while its mesh is solved, beside its solution; with `rays` in each of the `replicas`.
+#[must_use]
+pub fn bytes_to_solve((replicas, rays): (usize, usize), pad: usize, abreast: Abreast, threads: usize) -> usize {
+    let blocks = pad / LANES;
+    let (matrices, systems) = match abreast {
+        Abreast::All => (replicas, replicas * blocks),
+        Abreast::Replica => (1, blocks.min(threads)),
+        Abreast::Block => (1, 1),
+    };
+    let openings = replicas * size_of::<f64>();
+    openings + matrices * Exchange::bytes_per_element(rays) + systems * Block::bytes_per_element()
+}
+
 /// Solves all bands of all replicas to the relative residual `accuracy`.
 ///
 /// # Errors
 ///
 /// When no finite solution exists: nothing absorbs and nothing escapes in some band.
-pub fn solve(world: &World, optics: &Optics, mesh: &Elements, rows: &Rows, accuracy: f64) -> Result<Solution> {
+pub fn solve(
+    world: &World,
+    optics: &Optics,
+    mesh: &Elements,
+    rows: &Rows,
+    (accuracy, abreast): (f64, Abreast),
+) -> Result<Solution> {
     let n = mesh.len();
     let replicas = rows.replicas.len();
-    let exchanges = exchanges(world, optics, mesh, rows, accuracy)?;
-    let blocks = optics.pad / LANES;
-    let results: Vec<BlockResult> = (0..replicas * blocks)
-        .into_par_iter()
-        .map(|task| {
-            let (r, block) = (task / blocks, task % blocks);
-            let (exchange, other) = (&exchanges[r], &exchanges[(r + 1) % replicas]);
-            Block { world, optics, mesh, rows, replica: r, exchange, other, block }.solve(accuracy)
-        })
-        .collect();
+    let openings = openings(world, optics, mesh, rows)?;
+    let one = |replica: usize, enter: &mut dyn FnMut(usize, &BlockResult)| -> f64 {
+        let exchange = Exchange::balanced(mesh, rows, (&openings, replica), closure(accuracy));
+        let exits = &openings[(replica + 1) % replicas].exits;
+        let solve =
+            |block| Block { world, optics, mesh, rows, replica, exchange: &exchange, exits, block }.solve(accuracy);
+        let blocks = 0..optics.pad / LANES;
+        if abreast == Abreast::Block {
+            blocks.for_each(|block| enter(block, &solve(block)));
+        } else {
+            let results: Vec<BlockResult> = blocks.into_par_iter().map(solve).collect();
+            results.iter().enumerate().for_each(|(block, result)| enter(block, result));
+        }
+        exchange.correction
+    };
     let mut solution = Solution {
         radiosity: vec![0.0; n * replicas * optics.pad],
         replicas,
@@ -82,10 +129,24 @@ pub fn solve(world: &World, optics: &Optics, mesh: &Elements, rows: &Rows, accur
         lost: vec![vec![0.0; optics.pad]; replicas],
         products: 0,
         residual: 0.0,
-        balance: exchanges.iter().map(|e| e.correction).fold(0.0, f64::max),
+        balance: 0.0,
     };
-    for (task, result) in results.into_iter().enumerate() {
-        solution.enter(task / blocks, task % blocks, &result);
+    if abreast == Abreast::All {
+        let kept = |replica| {
+            let mut results = Vec::new();
+            let balance = one(replica, &mut |block, result| results.push((block, result.clone())));
+            (balance, results)
+        };
+        let all: Vec<(f64, Vec<(usize, BlockResult)>)> = (0..replicas).into_par_iter().map(kept).collect();
+        for (replica, (balance, results)) in all.into_iter().enumerate() {
+            solution.balance = solution.balance.max(balance);
+            results.iter().for_each(|(block, result)| solution.enter(replica, *block, result));
+        }
+    } else {
+        for replica in 0..replicas {
+            let balance = one(replica, &mut |block, result| solution.enter(replica, block, result));
+            solution.balance = solution.balance.max(balance);
+        }
     }
     Ok(solution)
 }
@@ -110,25 +171,26 @@ impl Solution {
 
 /// The matrices of all replicas, balanced for a residual of `accuracy`.
 fn exchanges(world: &World, optics: &Optics, mesh: &Elements, rows: &Rows, accuracy: f64) -> Result<Vec<Exchange>> {
-    let replicas = rows.replicas.len();
-    let closure = (1e-1 * accuracy).clamp(1e-10, 1e-5);
-    let mut exchanges: Vec<Exchange> = (0..replicas).into_par_iter().map(|r| Exchange::new(mesh, rows, r)).collect();
-    let sends: Vec<Vec<f64>> = (0..replicas).map(|r| closed_by_others(&exchanges, r)).collect();
-    exchanges.par_iter_mut().zip(&sends).for_each(|(e, sends)| e.balance(mesh, sends, closure));
-    check_finite(world, optics, mesh, &exchanges)?;
-    Ok(exchanges)
+    let openings = openings(world, optics, mesh, rows)?;
+    let balanced = |r| Exchange::balanced(mesh, rows, (&openings, r), closure(accuracy));
+    Ok((0..openings.len()).into_par_iter().map(balanced).collect())
 }
 
-/// Mean closed share of each element over the replicas other than one.
-fn closed_by_others(exchanges: &[Exchange], replica: usize) -> Vec<f64> {
-    let others: Vec<&Exchange> =
-        exchanges.iter().enumerate().filter(|(r, _)| *r != replica || exchanges.len() == 1).map(|(_, e)| e).collect();
-    let share = 1.0 / others.len() as f64;
-    (0..exchanges[replica].closed.len()).map(|i| others.iter().map(|e| e.closed[i]).sum::<f64>() * share).collect()
+/// Defect of closure for a residual of `accuracy`.
+fn closure(accuracy: f64) -> f64 {
+    (1e-1 * accuracy).clamp(1e-10, 1e-5)
 }
 
-fn check_finite(world: &World, optics: &Optics, mesh: &Elements, exchanges: &[Exchange]) -> Result<()> {
-    let leaks = exchanges.iter().any(|e| e.is_open());
+/// What the rays of each replica saw closed and open.
+fn openings(world: &World, optics: &Optics, mesh: &Elements, rows: &Rows) -> Result<Vec<Openings>> {
+    let openings: Vec<Openings> =
+        (0..rows.replicas.len()).into_par_iter().map(|replica| Openings::new(rows, replica)).collect();
+    check_finite(world, optics, mesh, &openings)?;
+    Ok(openings)
+}
+
+fn check_finite(world: &World, optics: &Optics, mesh: &Elements, openings: &[Openings]) -> Result<()> {
+    let leaks = openings.iter().any(|o| !o.exits.is_empty());
     if leaks || mesh.is_empty() {
         return Ok(());
     }

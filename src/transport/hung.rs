@@ -103,7 +103,7 @@ fn from_face(
         return 0.0;
     }
     s.factors += 1;
-    let close = if s.at_places() { COARSE } else { FINE };
+    let close = if s.is_one_of_many { COARSE } else { FINE };
     if few && s.visible.clip(world, x, between, &s.polygon, s.blockers.iter().copied()) {
         s.remember();
         return s.visible.pieces.iter().map(|p| light_of(l, &p.polygon, normal, close, MAX_HALVINGS)).sum();
@@ -169,7 +169,7 @@ fn visible_share(
 ) -> f64 {
     let points = Points::new(sample);
     let surface = &face.surface;
-    let (few, many) = if s.at_places() { (ROUGH_RAYS, ROUGH_RAYS) } else { (FEW_RAYS, MANY_RAYS) };
+    let (few, many) = if s.is_one_of_many { (ROUGH_RAYS, ROUGH_RAYS) } else { (FEW_RAYS, MANY_RAYS) };
     let (mut seen, mut all) = (0.0, 0.0);
     let mut count = few;
     let mut k = 0;

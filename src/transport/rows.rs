@@ -9,9 +9,10 @@ use rayon::prelude::*;
 use super::caster::{Hit, MISS, Ray};
 use super::chain::{Fork, Landing, Tint, follow};
 use super::daylight::{GROUND, SKY, SUN};
-use super::direct::{DirectScratch, direct_at_place, windows_at_place};
+use super::direct::{DirectScratch, add_windows};
 use super::optics::Optics;
 use super::panels::PANEL_SETS;
+use super::places::direct_at_place;
 use super::points::{Points, seed};
 use super::scatterer::Scatterer;
 use super::world::{World, cosine_direction};
@@ -29,6 +30,9 @@ pub enum Target {
     /// The ray began inside a solid: it does not count.
     Covered,
 }
+
+/// Elements whose rays are cast before any of them is entered: what they are called does not depend on it, memory does.
+const WAVE: usize = 1 << 13;
 
 const ESCAPED: u32 = u32::MAX;
 const LOST: u32 = u32::MAX - 1;
@@ -163,15 +167,16 @@ impl Rows {
         };
         let mut done = 0;
         while done < mesh.len() {
-            let wave: Vec<Expanded> = (done..mesh.len())
+            let to = mesh.len().min(done + WAVE);
+            let wave: Vec<Expanded> = (done..to)
                 .into_par_iter()
                 .with_min_len(16)
                 .map_init(|| Worker::new(world, optics, settings), |worker, i| worker.expand(mesh, i))
                 .collect();
-            done = mesh.len();
-            for (i, expanded) in (done - wave.len()..).zip(wave) {
+            for (i, expanded) in (done..to).zip(wave) {
                 rows.enter(world, optics, mesh, settings, (i as u32, expanded));
             }
+            done = to;
         }
         rows
     }
@@ -229,6 +234,19 @@ impl Rows {
         }
     }
 
+    /// Bytes that the rows of an element take with so many rays in all.
+    #[must_use]
+    pub fn bytes_per_element(replicas: usize, rays: usize, groups: usize, specular: bool) -> usize {
+        let per_ray = size_of::<u32>() + if specular { size_of::<(f32, u32)>() } else { 0 };
+        rays * per_ray + replicas * groups * size_of::<f32>() + size_of::<f32>()
+    }
+
+    /// Bytes that rays take before they are entered.
+    #[must_use]
+    pub fn bytes_of_a_wave(rays: usize) -> usize {
+        WAVE * (rays * size_of::<Sample>() + size_of::<Expanded>())
+    }
+
     /// The rays of one element in one replica: target, share, tint.
     pub fn row(&self, replica: usize, element: usize) -> impl Iterator<Item = (Target, f32, u32)> + '_ {
         let r = &self.replicas[replica];
@@ -249,8 +267,6 @@ struct Worker<'a> {
     rays: Vec<Ray>,
     hits: Vec<Hit>,
     factors: Vec<f64>,
-    /// Exitance of each group, all bands together.
-    strength: Vec<f64>,
 }
 
 impl<'a> Worker<'a> {
@@ -264,7 +280,6 @@ impl<'a> Worker<'a> {
             rays: Vec::new(),
             hits: Vec::new(),
             factors: vec![0.0; optics.columns()],
-            strength: optics.exitance.iter().map(|m| m.iter().map(|m| f64::from(*m)).sum()).collect(),
         }
     }
 
@@ -289,7 +304,7 @@ impl<'a> Worker<'a> {
         let outline: Vec<DVec3> = element.outline.iter().map(|uv| surface.point(*uv)).collect();
         let scatterer = self.world.scatterer(element.surface);
         self.scratch.receiver = scatterer.map(|_| (element.surface, element.front));
-        self.scratch.within(self.world, &outline, normal, &self.strength, lit_every, rays);
+        self.scratch.within(self.world, &outline, normal, lit_every, rays);
         let mut through = vec![0.0; columns];
         for r in 0..replicas {
             through.fill(0.0);
@@ -337,8 +352,8 @@ impl<'a> Worker<'a> {
                     let place = ((x, normal), k + turn);
                     let (scratch, factors) = (&mut self.scratch, &mut self.factors);
                     direct_at_place(self.world, place.0, place.1, shadow, (sky, sun), scratch, factors);
-                    if let Some(first) = self.world.daylight_group().filter(|_| sky) {
-                        windows_at_place(self.world, place.0, shadow, scratch, &mut through[first..]);
+                    if sky {
+                        add_windows(self.world, place.0, shadow, false, scratch, &mut through);
                     }
                     for (sum, f) in out.direct[r * columns..].iter_mut().zip(&self.factors) {
                         *sum += *f as f32;

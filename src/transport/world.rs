@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use super::caster::{Caster, MISS, Ray};
 use super::daylight::{DAYLIGHT_GROUPS, GROUND, SKY};
+use super::lamps::Lamps;
 use super::panels::Panels;
 use super::points::Points;
 use super::portals::Portals;
@@ -37,6 +38,7 @@ pub struct World {
     pub caster: Caster,
     /// What emits.
     pub emitters: Emitters,
+    lamps: Lamps,
     kinds: Vec<Kind>,
     greys: Speculars,
     groups: Vec<[Option<u32>; 2]>,
@@ -105,6 +107,7 @@ impl World {
             greys: Speculars::grey(scene),
             groups,
             surfaces,
+            lamps: Lamps::new(&emitters.list),
             emitters,
             outside: scene.materials.iter().map(|m| m.outside).collect(),
             daylight,
@@ -173,6 +176,11 @@ impl World {
     #[must_use]
     pub fn sun_images(&self) -> &SunImages {
         &self.sun_images
+    }
+
+    /// Emitting sides, where they are many.
+    pub(super) fn lamps(&self) -> &Lamps {
+        &self.lamps
     }
 
     /// Panes, as guides to the sky.
