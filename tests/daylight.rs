@@ -196,6 +196,7 @@ fn a_translucent_roof_light_shines_as_an_emitter_of_what_it_gets() {
         front: SpectralValue::Grey(0.3),
         back: SpectralValue::Grey(0.3),
         transmittance: SpectralValue::Grey(0.5),
+        maintenance_factor: 1.0,
     };
     let sheet = Material { kind: sheet, ..diffuse("sheet", 0.3) };
     let mut b = roof_light_of(0.0, Some(sheet));

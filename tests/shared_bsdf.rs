@@ -62,3 +62,19 @@ fn measured_elements_pass_and_reflect_what_the_figures_say() {
         }
     }
 }
+
+#[test]
+fn a_blind_told_one_way_is_the_blind_told_both_ways() {
+    let Ok(text) = std::fs::read_to_string(folder().join("bsdf/lbnl_venetian_45.xml")) else {
+        eprintln!("skipped: no blind there");
+        return;
+    };
+    let both = Bsdf::from_xml(&text).unwrap();
+    // Under another name the block is none.
+    let one = Bsdf::from_xml(&text.replace("Transmission Back", "Transmission")).unwrap();
+    let [told, found] = [&both, &one].map(|b| b.scattering(Passage::TransmissionBack).unwrap());
+    let values = || (0..145 * 145).map(|k| (told.value(k / 145, k % 145), found.value(k / 145, k % 145)));
+    let (off, all) = values().fold((0.0, 0.0), |(off, all), (a, b)| (off + (a - b).abs(), all + a));
+    // The file has six digits.
+    assert!(off < 1e-6 * all, "{off} of {all}");
+}

@@ -24,7 +24,7 @@ fn one_two_and_three_panes_pass_and_reflect_as_the_net_radiation_method_says() {
     for row in &rows {
         let index = number(row, 2);
         let panes: Vec<Pane> = row[1].split('+').map(|t| Pane::bare(t.parse().unwrap(), index)).collect();
-        let unit = GlazingUnit { panes };
+        let unit = GlazingUnit { panes, maintenance_factor: 1.0 };
         let cosine = number(row, 3).to_radians().cos();
         let table = Glazing::new(std::slice::from_ref(&unit));
         for (k, found) in [unit.shares(cosine), table.mean(cosine)].into_iter().enumerate() {

@@ -15,7 +15,12 @@ use common::{
 use glam::DVec3;
 
 fn sheet(reflectance: SpectralValue, transmittance: SpectralValue) -> Material {
-    let kind = MaterialKind::Translucent { front: reflectance.clone(), back: reflectance, transmittance };
+    let kind = MaterialKind::Translucent {
+        front: reflectance.clone(),
+        back: reflectance,
+        transmittance,
+        maintenance_factor: 1.0,
+    };
     Material { name: "sheet".into(), kind, emission: None, outside: false }
 }
 

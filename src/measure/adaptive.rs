@@ -18,7 +18,7 @@ use crate::mesh::{ElementKey, Elements};
 use crate::scene::{Grid, Scene};
 use crate::solve;
 use crate::transport::points::seed;
-use crate::transport::{DirectScratch, Optics, RowSettings, Rows, World};
+use crate::transport::{DirectScratch, Optics, PANEL_SETS, RowSettings, Rows, World};
 
 /// Rays of an element, over all replicas: refined by size, never by more rays.
 pub(super) const ROW_RAYS: usize = 32;
@@ -187,9 +187,10 @@ impl Task<'_> {
                                 let sample = seed(&[self.options.seed, stream::SHADOW, g as u64, i as u64, a as u64]);
                                 let mut f = vec![0.0; self.optics.columns()];
                                 let before = scratch.rays;
+                                scratch.set = a % PANEL_SETS;
                                 probe.facing.direct(world, probe.eye, sample, scratch, &mut f);
                                 direct.push(f);
-                                if scratch.rays == before {
+                                if scratch.rays == before && !world.has_bsdf() {
                                     break; // exact
                                 }
                             }

@@ -99,7 +99,9 @@ impl Task<'_> {
         let ray = Ray::new(x, facing.direction(a, b));
         let hit = self.world.caster.closest(&ray);
         let mut tint = Tint::new(self.optics.pad);
-        match follow(self.world, self.optics, ray, hit, Fork::Chance(0.5), &mut tint, &mut 0) {
+        // A pane's stronger branch will do; a window with a BSDF has as many as directions.
+        let fork = Fork::Chance(if self.world.has_bsdf() { points.get(k, 5) } else { 0.5 });
+        match follow(self.world, self.optics, ray, hit, fork, &mut tint, &mut 0) {
             Landing::Surface { surface, front, point, .. } => {
                 Some((surface as usize, front, self.world.surfaces.list[surface as usize].uv(point)))
             }

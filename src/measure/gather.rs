@@ -13,7 +13,7 @@ use crate::solve::Solution;
 use crate::transport::caster::{Hit, MISS, Ray};
 use crate::transport::points::{Points, seed};
 use crate::transport::{
-    DirectScratch, Fork, Landing, Optics, Tint, World, chance_weight, cosine_direction, deposit, direct,
+    DirectScratch, Fork, Landing, Optics, PANEL_SETS, Tint, World, chance_weight, cosine_direction, deposit, direct,
     direct_at_vertex, follow, through_panes,
 };
 use crate::vector::wide;
@@ -474,7 +474,7 @@ impl<'a> Gatherer<'a> {
         }
         for bounce in 0..MAX_BOUNCES {
             self.tint.reset();
-            let choice = if world.has_glass() { points.get(k, 4 * bounce + 4) } else { 0.5 };
+            let choice = if world.has_glass() || world.has_bsdf() { points.get(k, 4 * bounce + 4) } else { 0.5 };
             let landing = follow(world, optics, ray, hit, Fork::Chance(choice), &mut self.tint, &mut self.cast);
             let (surface, front, point, distance, mirrored) = match landing {
                 Landing::Surface { surface, front, point, distance, mirrored } => {
@@ -537,28 +537,40 @@ impl<'a> Gatherer<'a> {
             }
             let normal = s.side_normal(front != scatter.passes);
             let x = world.lift(s.point(uv), normal);
+            let scatterer = world.scatterer(surface);
             if self.found.is_some() {
                 self.keep(Found::Vertex { position: x, normal });
                 vertex = Some((x, normal));
             } else if !glowing {
                 self.factors.fill(0.0);
                 let shadow = seed(&[stream, u64::from(k), u64::from(bounce)]);
+                self.scratch.set = k as usize % PANEL_SETS;
+                self.scratch.receiver = scatterer.map(|_| (surface, front));
                 direct_at_vertex(world, (x, normal), shadow, &mut self.scratch, &mut self.factors);
-                // One ray is enough of the sky: the vertex is one of many.
-                let place =
-                    (points.get(k, 4 * bounce + 6), points.get(k, 4 * bounce + 7), points.get(k, 4 * bounce + 8));
-                self.tint.reset();
-                let (panes, tint) = (&optics.speculars, &mut self.tint);
-                if let Some((group, factor)) = through_panes(world, panes, (x, normal), place, tint, &mut self.cast) {
-                    deposit(&mut self.factors[optics.lamps..], group - optics.lamps, factor, tint);
+                // A window with a BSDF knows its sky already.
+                vertex = None;
+                if scatterer.is_none() {
+                    // One ray is enough of the sky: the vertex is one of many.
+                    let place =
+                        (points.get(k, 4 * bounce + 6), points.get(k, 4 * bounce + 7), points.get(k, 4 * bounce + 8));
+                    self.tint.reset();
+                    let (panes, tint) = (&optics.speculars, &mut self.tint);
+                    if let Some((group, factor)) = through_panes(world, panes, (x, normal), place, tint, &mut self.cast)
+                    {
+                        deposit(&mut self.factors[optics.lamps..], group - optics.lamps, factor, tint);
+                    }
+                    vertex = Some((x, normal));
                 }
-                vertex = Some((x, normal));
                 for (band, (sum, t)) in self.value.iter_mut().zip(&self.throughput).enumerate() {
                     *sum += t * optics.direct_in_band(&self.factors, band) as f32;
                 }
             }
             let (a, b) = points.pair(k, 4 * bounce + 2);
             ray = Ray::new(x, cosine_direction(normal, a, b));
+            if let Some(scatterer) = scatterer {
+                let kept = scatterer.keeps(s, front, -ray.along()) as f32;
+                self.throughput.iter_mut().for_each(|t| *t *= kept);
+            }
             hit = world.caster.closest(&ray);
             self.cast += 1;
         }

@@ -82,7 +82,7 @@ fn shoot(world: &World, optics: &Optics, solved: &Solved, areas: &[f64], rays: u
             let flux: Vec<f64> = of_group.iter().map(|f| f * launch.weight).collect();
             let hit = world.caster.closest(&ray);
             tint.reset();
-            let fork = Fork::Chance(points.get(k, 5));
+            let fork = Fork::Shot(points.get(k, 5));
             let landing = follow(world, optics, ray, hit, fork, &mut tint, &mut 0);
             if let Some(emitter) = launch.side.filter(|_| world.glowing()) {
                 // What was modelled left with the elements' radiosity and is accounted there.
@@ -96,7 +96,7 @@ fn shoot(world: &World, optics: &Optics, solved: &Solved, areas: &[f64], rays: u
                 continue;
             }
             let fate = match landing {
-                Landing::Escaped { .. } => Some(&mut out.escaped),
+                Landing::Escaped { .. } | Landing::Scattered { .. } => Some(&mut out.escaped),
                 Landing::Surface { surface, front, point, mirrored, .. } => {
                     let uv = world.surfaces.list[surface as usize].uv(point);
                     let key = solved.mesh.key_at(surface as usize, front, uv);
@@ -170,10 +170,13 @@ fn daylight_entering(world: &World, optics: &Optics, solved: &Solved, rays: u32,
         let ray = Ray::new((on_disc + direction) * RADIUS, -direction);
         let hit = world.caster.closest(&ray);
         tint.reset();
-        let landing = follow(world, optics, ray, hit, Fork::Chance(points.get(k, 5)), &mut tint, &mut 0);
+        let landing = follow(world, optics, ray, hit, Fork::Shot(points.get(k, 5)), &mut tint, &mut 0);
         let Landing::Surface { surface, front, point, .. } = landing else { return };
         let key = solved.mesh.key_at(surface as usize, front, world.surfaces.list[surface as usize].uv(point));
-        if tint.mirrors > most_mirrors || solved.mesh.find(key) == NO_ELEMENT {
+        // Windows with a BSDF throw on the sun that they see themselves.
+        let is_sun = most_mirrors < u32::MAX;
+        let too_far = is_sun && tint.scatterers > 0 && tint.scatterers + tint.mirrors > 1;
+        if too_far || tint.mirrors > most_mirrors || solved.mesh.find(key) == NO_ELEMENT {
             return;
         }
         let flux = irradiance * PI * RADIUS * RADIUS / f64::from(rays);

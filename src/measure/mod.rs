@@ -7,6 +7,7 @@
 mod adaptive;
 mod alpha_opic;
 mod appraisal;
+mod bsdf;
 mod camera;
 mod classic;
 mod coefficients;

@@ -19,8 +19,9 @@ use crate::scene::{Grid, Sensor};
 use crate::transport::caster::Ray;
 use crate::transport::points::{Points, seed};
 use crate::transport::{
-    DirectScratch, Fork, Kind, Landing, LightPart, Optics, SUN, Tint, World, chance_weight, cosine_direction, deposit,
-    follow, one_place_lx, pass_out, sun_direction, through_panes, transmittance_to,
+    DirectScratch, Fork, Kind, Landing, LightPart, Optics, SUN, Tint, WindowLook, WindowSight, World, chance_weight,
+    cosine_direction, deposit, follow, one_place_lx, pass_out, sun_direction, through_panes, transmittance_to,
+    window_along,
 };
 
 /// Independent batches.
@@ -45,6 +46,8 @@ pub(super) struct Tracer<'a> {
     path: Vec<f32>,
     /// Direct light at the start of one path, per unit exitance of each group.
     direct: Vec<f64>,
+    /// The side of a window with a BSDF that the path stands on: what passes it is no light of its own.
+    receiver: Option<(u32, bool)>,
     /// Did the path meet an outside surface first?
     met_outside: bool,
     /// Cumulated power of the emitters, and each one's share.
@@ -81,6 +84,7 @@ impl<'a> Tracer<'a> {
             throughput: vec![1.0; optics.pad],
             path: vec![0.0; optics.pad],
             direct: vec![0.0; optics.columns()],
+            receiver: None,
             met_outside: false,
             odds,
             cast: 0,
@@ -97,6 +101,7 @@ impl<'a> Tracer<'a> {
             // No ray lands on a luminaire: it has no rival.
             let luminaire = &self.world.emitters.luminaires[chosen - sides.len()];
             let light = one_place_lx(self.world, luminaire, x, normal, (a, b), &mut self.scratch);
+            let light = light * self.kept(x - luminaire.position);
             return (light > 0.0).then(|| (luminaire.group, light / self.odds[chosen].1));
         }
         let emitter = &sides[chosen];
@@ -112,7 +117,13 @@ impl<'a> Tracer<'a> {
         let density = self.odds[chosen].1 / emitter.area;
         // A ray cannot land on an emitter that is itself a mirror or a pane.
         let rival = if self.world.kind(emitter.surface as u32) == Kind::Diffuse { kernel } else { 0.0 };
+        let left = left * self.kept(-d);
         (left > 0.0).then(|| (emitter.group, kernel * left / (density + rival)))
+    }
+
+    /// Share of light along `travel` that does not pass the window where the path stands, over its mean.
+    fn kept(&self, travel: DVec3) -> f64 {
+        self.receiver.map_or(1.0, |side| WindowSight::keeps(self.world, side, travel.normalize_or_zero()))
     }
 
     /// Irradiance per unit exitance from where a ray from `x` landed, weighted against [`Self::next_event`]: the density
@@ -137,13 +148,28 @@ impl<'a> Tracer<'a> {
         self.tint.reset();
         let place = (points.get(k, dimension + 2), points.get(k, dimension + 3), points.get(k, dimension + 4));
         let panes = &self.optics.speculars;
-        let sky = through_panes(self.world, panes, (x, normal), place, &mut self.tint, &mut self.cast);
+        // From a window with a BSDF chance alone finds the panes: their direction tells what passes.
+        let sky = if self.receiver.is_none() {
+            through_panes(self.world, panes, (x, normal), place, &mut self.tint, &mut self.cast)
+        } else {
+            None
+        };
         if let Some((group, factor)) = sky {
             self.add(group, factor, is_direct);
         }
         self.tint.reset();
         if let Some(cosine) = self.sun((x, normal), points.pair(k, dimension)) {
             self.add(self.optics.lamps + SUN, cosine, is_direct);
+        }
+        if self.world.has_bsdf() {
+            let place = (points.get(k, dimension + 4), points.get(k, dimension + 3), points.get(k, dimension + 2));
+            if let Some(look) = WindowLook::chosen(self.world, (x, normal), place) {
+                let (a, b) = points.pair(k, dimension);
+                self.through_window(x, look, (points.get(k, dimension + 5), a, b), is_direct);
+            }
+        }
+        if self.receiver.is_some() {
+            return; // its own light of the sun comes without images
         }
         let (images, scene) = (self.world.sun_images(), (self.world, &self.optics.speculars));
         let mut tint = std::mem::take(&mut self.tint);
@@ -154,6 +180,26 @@ impl<'a> Tracer<'a> {
         (self.tint, self.cast) = (tint, self.cast + cast);
     }
 
+    /// Light of the window with a BSDF that is met first in a direction.
+    fn through_window(&mut self, x: DVec3, look: WindowLook, chances: (f64, f64, f64), is_direct: bool) {
+        let (world, panes) = (self.world, &self.optics.speculars);
+        let mut tint = std::mem::take(&mut self.tint);
+        if tint.bands.len() != self.optics.pad {
+            tint = Tint::new(self.optics.pad);
+        }
+        tint.reset();
+        let mut cast = 0;
+        let kept = self.kept(-look.direction);
+        if let Some(window) = window_along(world, panes, x, look.direction, &mut tint, &mut cast) {
+            let mut beyond = 0;
+            window.shine((world, panes), look.direction, chances, &tint, &mut beyond, |group, light, tint| {
+                self.add_tinted(group, kept * look.weight * light, is_direct, tint);
+            });
+            cast += beyond;
+        }
+        (self.tint, self.cast) = (tint, self.cast + cast);
+    }
+
     /// The sun's light by one point of its disc, per unit of its irradiance face on, less what the tint tells.
     fn sun(&mut self, (x, normal): (DVec3, DVec3), (a, b): (f64, f64)) -> Option<f64> {
         let sun = self.world.daylight().and_then(|d| d.sun)?;
@@ -161,7 +207,8 @@ impl<'a> Tracer<'a> {
         let cosine = normal.dot(direction);
         let is_up = cosine > 0.0 && direction.z > 0.0;
         let panes = &self.optics.speculars;
-        (is_up && pass_out(self.world, panes, x, direction, &mut self.tint, &mut self.cast)).then_some(cosine)
+        let passes = is_up && pass_out(self.world, panes, x, direction, &mut self.tint, &mut self.cast);
+        passes.then(|| cosine * self.kept(-direction))
     }
 
     /// One path: direct light at its start is left in `self.direct`, all else in `self.path`. Was the start free?
@@ -170,6 +217,7 @@ impl<'a> Tracer<'a> {
         self.direct.fill(0.0);
         self.throughput.fill(1.0);
         self.met_outside = false;
+        self.receiver = None;
         self.tint.reset();
         if let Some((group, factor)) = self.next_event(start, facing, points, k, 0) {
             self.add(group, factor, true);
@@ -180,6 +228,13 @@ impl<'a> Tracer<'a> {
             let base = bounce * STRIDE;
             let (a, b) = points.pair(k, base + 3);
             let ray = Ray::new(x, cosine_direction(normal, a, b));
+            if self.world.has_bsdf() && self.world.daylight().is_some() {
+                let look = WindowLook::by_chance(self.world, (x, normal), ray.along());
+                let chances = (points.get(k, base + 7), points.get(k, base + 11), points.get(k, base + 12));
+                self.through_window(x, look, chances, bounce == 0);
+            }
+            let kept = self.kept(-ray.along()) as f32;
+            self.throughput.iter_mut().for_each(|t| *t *= kept);
             let hit = self.world.caster.closest(&ray);
             self.cast += 1;
             self.tint.reset();
@@ -188,7 +243,11 @@ impl<'a> Tracer<'a> {
             if let Landing::Escaped { direction, mirrored } = landing
                 && let Some((group, light)) = self.world.background(direction)
             {
-                let weight = if mirrored { 1.0 } else { chance_weight(self.world, (x, normal), direction) };
+                let weight = if mirrored || self.receiver.is_some() {
+                    1.0
+                } else {
+                    chance_weight(self.world, (x, normal), direction)
+                };
                 self.add(group, light * weight, bounce == 0);
             }
             let Landing::Surface { surface, front, point, mirrored, .. } = landing else {
@@ -221,6 +280,7 @@ impl<'a> Tracer<'a> {
             }
             normal = s.side_normal(front != scatter.passes);
             x = self.world.lift(s.point(s.uv(point)), normal);
+            self.receiver = self.world.scatterer(surface).map(|_| (surface, front));
             self.tint.reset();
             if let Some((group, factor)) = self.next_event(x, normal, points, k, base + STRIDE) {
                 self.add(group, factor, false);

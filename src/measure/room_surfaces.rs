@@ -34,7 +34,8 @@ pub(super) fn surfaces(task: &Task<'_>, optics: &Optics, main: &Solved, twin: &S
             *areas_m2.entry((object, f.material)).or_insert(0.0) += f.area_m2;
         }
     }
-    let asked = fine.iter().filter(|(p, s)| s.area > 0.0 && !task.scene.materials[p.material].kind.is_translucent());
+    let is_opaque = |p: &Part| !task.scene.materials[p.material].kind.lets_light_in();
+    let asked = fine.iter().filter(|(p, s)| s.area > 0.0 && is_opaque(p));
     let nothing = Sums::default();
     asked
         .map(|(part, sums)| {

@@ -20,7 +20,7 @@ use super::result::{
 use super::sensor_state::{Light, SensorState};
 use super::statement::Stated;
 use super::states::{Channels, State};
-use super::{appraisal, classic, glare, ledger, path_tracing, picture, room_surfaces};
+use super::{appraisal, bsdf, classic, glare, ledger, path_tracing, picture, room_surfaces};
 use crate::error::{Error, Result};
 use crate::light::{Daylight, Emitter, Luminaire, Luminaires};
 use crate::scene::{Grid, MaterialKind, Receiver, Scene, Sensor};
@@ -54,6 +54,10 @@ pub fn solve(scene: &Scene, options: &SolveOptions, progress: &dyn Progress) -> 
     let power = appraisal::power(scene, &luminaires);
     let (told, tables, ra) = (luminaires.warnings.clone(), luminaires.tables.clone(), luminaires.ra.clone());
     let world = World::with_daylight(scene, daylight).hang(luminaires);
+    // Points of the reference go their own way through windows with a BSDF; pictures show what the windows send on.
+    let is_reference = options.method == Method::PathTracing && scene.views.is_empty();
+    let world = if is_reference { world } else { world.glaze(options.tolerance, options.seed) };
+    bsdf::check(&world)?;
     let channels = match options.method {
         Method::Auto | Method::PathTracing => Channels::new(scene, &world),
         _ => Channels::one(&world),
@@ -68,6 +72,8 @@ pub fn solve(scene: &Scene, options: &SolveOptions, progress: &dyn Progress) -> 
         ..Record::default()
     };
     record.settings.extend(glazings(scene, &optics.bands));
+    record.settings.extend(bsdf::settings(scene, &world));
+    record.left_out.extend(bsdf::omissions(scene, &world));
     if let Some(light) = world.daylight() {
         record.settings.extend(light.facts.iter().map(|(name, value)| Setting {
             name: name.clone(),
@@ -120,6 +126,10 @@ pub fn coefficients(
     if scene.faces.is_empty() {
         return Err(no_face());
     }
+    if let Some(m) = scene.materials.iter().find(|m| matches!(m.kind, MaterialKind::Bsdf { .. })) {
+        return Err(Error::unsupported(format!("material \"{}\": a year knows no BSDF", m.name))
+            .mend("take glass or translucent for the year, and `solve` for moments with the BSDF"));
+    }
     if scene.grids.iter().any(|g| g.receiver != Receiver::Plane) {
         return Err(Error::unsupported("a year knows no cylindrical illuminance")
             .mend("leave cylindrical and semicylindrical out of the scene of the year"));
@@ -163,8 +173,9 @@ fn no_face() -> Error {
 /// equal energy.
 fn glazings<'a>(scene: &'a Scene, bands: &'a Bands) -> impl Iterator<Item = Setting> + 'a {
     scene.materials.iter().filter_map(|m| {
-        let MaterialKind::Glass { panes, refractive_index } = &m.kind else { return None };
-        let units = GlazingUnit::in_bands(panes, *refractive_index, &|v| bands.reflectance(v));
+        let MaterialKind::Glass { panes, refractive_index, maintenance_factor } = &m.kind else { return None };
+        let units = GlazingUnit::in_bands(panes, *refractive_index, &|v| bands.reflectance(v)).into_iter();
+        let units: Vec<GlazingUnit> = units.map(|u| u.in_use(*maintenance_factor)).collect();
         let luminous = |of: &dyn Fn(&GlazingUnit) -> f64| {
             let whole = bands.xyz(&vec![1.0; bands.len()])[1];
             bands.xyz(&units.iter().map(of).collect::<Vec<f64>>())[1] / whole
@@ -182,7 +193,7 @@ fn glazings<'a>(scene: &'a Scene, bands: &'a Bands) -> impl Iterator<Item = Sett
             luminous(&|u| u.hemispherical_transmittance()),
         );
         let why = format!(
-            "{} pane(s), n = {refractive_index}, at normal incidence; the transmissivity is that of one pane of the same transmittance",
+            "{} pane(s), n = {refractive_index}, at normal incidence, maintenance factor {maintenance_factor}; the transmissivity is that of one pane of the same transmittance",
             units[0].panes.len()
         );
         Some(Setting { name: format!("glass {}", m.name), value, why })
@@ -239,8 +250,7 @@ fn plan_bands(
         area[f.material] += f.area_m2;
     }
     // Daylight comes through the panes; where there are none, all is in the open.
-    let lets_in = |kind: &MaterialKind| matches!(kind, MaterialKind::Glass { .. } | MaterialKind::Translucent { .. });
-    let panes = || scene.materials.iter().zip(&area).filter(|(m, _)| lets_in(&m.kind));
+    let panes = || scene.materials.iter().zip(&area).filter(|(m, _)| m.kind.lets_light_in());
     let glazed_m2: f64 = panes().map(|(_, a)| *a).sum();
     let open_m2 = if glazed_m2 > 0.0 { glazed_m2 } else { area.iter().sum::<f64>() };
     let mut reflectances: Vec<(&SpectralValue, f64)> = Vec::new();
@@ -248,9 +258,10 @@ fn plan_bands(
     for (m, a) in scene.materials.iter().zip(&area).filter(|(_, a)| **a > 0.0) {
         match &m.kind {
             MaterialKind::Diffuse { front, back } => reflectances.extend([(front, *a), (back, *a)]),
-            MaterialKind::Translucent { front, back, transmittance } => {
+            MaterialKind::Translucent { front, back, transmittance, .. } => {
                 reflectances.extend([front, back, transmittance].map(|v| (v, *a)));
             }
+            MaterialKind::Bsdf { .. } => {} // grey
             MaterialKind::Mirror { reflectance } => reflectances.push((reflectance, *a)),
             MaterialKind::Glass { panes, .. } => reflectances.extend(panes.values().into_iter().map(|v| (v, *a))),
         }

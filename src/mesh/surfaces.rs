@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 
 use super::{contact, solid};
-use crate::scene::{MaterialKind, Scene};
+use crate::scene::Scene;
 
 /// Where the program's frame lies in the scene: `x_m = centre_m + size_m · x`.
 ///
@@ -188,9 +188,7 @@ impl Surfaces {
             .collect();
         let neighbours = contact::neighbours(&list);
         contact::find_cuts(&mut list, &neighbours);
-        let lets_light_in = |material: usize| {
-            matches!(scene.materials[material].kind, MaterialKind::Glass { .. } | MaterialKind::Translucent { .. })
-        };
+        let lets_light_in = |material: usize| scene.materials[material].kind.lets_light_in();
         solid::mark_solids(&mut list, &neighbours, lets_light_in);
         Self { frame, list }
     }

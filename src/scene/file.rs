@@ -8,7 +8,6 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator};
-use serde::de::IgnoredAny;
 use serde::{Deserialize, Deserializer};
 
 use super::dimming::StateDef;
@@ -75,11 +74,6 @@ impl Source<'_> {
     /// An impossible scene at `offset`.
     pub(crate) fn impossible(&self, offset: usize, message: impl Into<String>) -> Error {
         self.place(offset, Error::impossible(message))
-    }
-
-    /// Something not built at `offset`.
-    pub(crate) fn unsupported(&self, offset: usize, what: &str) -> Error {
-        self.place(offset, Error::unsupported(format!("{what} is not supported in this version: it is not built yet")))
     }
 }
 
@@ -246,10 +240,12 @@ pub(crate) struct MaterialDef {
     /// Index of refraction of clear glass; 1.52 unless given.
     #[serde(alias = "n")]
     pub(crate) refractive_index: Option<At<f64>>,
-    #[schemars(skip)]
-    pub(crate) file: Option<IgnoredAny>,
-    #[schemars(skip)]
-    pub(crate) up: Option<IgnoredAny>,
+    /// Share of the light that dirt leaves of what glass, a translucent material or a BSDF lets by, 0 to 1; 1 unless given.
+    pub(crate) maintenance_factor: Option<At<f64>>,
+    /// XML file of a BSDF, as WINDOW writes it; the front of the faces is its front, which looks outdoors.
+    pub(crate) file: Option<At<String>>,
+    /// What is up in a BSDF, where its azimuth of 90 degrees points; [0, 0, 1] in z-up scenes unless given.
+    pub(crate) up: Option<At<[f64; 3]>>,
     /// Light of the surface's own.
     pub(crate) emission: Option<At<EmissionDef>>,
     /// Stands outside: light that it reflects last counts as external.
@@ -291,7 +287,7 @@ pub(crate) enum Kind {
     Mirror,
     /// Passes light on diffusely.
     Translucent,
-    #[schemars(skip)]
+    /// A window element with a measured or computed BSDF.
     Bsdf,
 }
 
@@ -474,8 +470,7 @@ fn reword(message: &str) -> (String, Option<String>) {
         return (format!("unknown key `{found}`"), Some(suggest::mend(found, known)));
     }
     if message.starts_with("unknown variant") {
-        let known: Vec<&str> = known.iter().copied().filter(|k| *k != "bsdf").collect();
-        return (format!("unknown word `{found}`"), Some(suggest::mend(found, &known)));
+        return (format!("unknown word `{found}`"), Some(suggest::mend(found, known)));
     }
     if message.starts_with("missing field") {
         return (format!("missing key `{found}`"), Some(mend_missing(found)));
@@ -545,9 +540,8 @@ mod tests {
     #[test]
     fn the_schema_knows_the_keys_and_closes_the_tables() {
         let text = json_schema().to_string();
-        for key in ["luminance_cd_m2", "spacing_m", "range_nm", "film_mm", "additionalProperties"] {
+        for key in ["bsdf", "luminance_cd_m2", "spacing_m", "range_nm", "film_mm", "additionalProperties"] {
             assert!(text.contains(key), "{key}");
         }
-        assert!(!text.contains("bsdf"), "not built, not offered");
     }
 }

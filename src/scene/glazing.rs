@@ -1,5 +1,6 @@
 //! Glass: measured values of panes into a glazing unit that physics allows.
 
+use super::fenestration::maintenance_factor;
 use super::file::{At, MaterialDef, PaneDef, PanesDef, Source, ValueDef};
 use super::load::Files;
 use super::material::{beyond_one, missing, refuse, share};
@@ -22,6 +23,7 @@ pub(super) fn glass(files: &mut Files<'_>, name: &str, def: &At<MaterialDef>) ->
         refuse(files.source, name, "glass", offset, key)?;
     }
     let refractive_index = refractive_index(files.source, name, m.refractive_index.as_ref())?;
+    let maintenance_factor = maintenance_factor(files, name, def)?;
     let (count, offset) = match m.panes.as_ref().map(|p| (&p.value, p.offset)) {
         None => (1, def.offset),
         Some((PanesDef::Count(count), offset)) => (*count as usize, offset),
@@ -32,13 +34,13 @@ pub(super) fn glass(files: &mut Files<'_>, name: &str, def: &At<MaterialDef>) ->
             }
             check_count(files.source, name, list.len(), offset)?;
             let list = list.iter().map(|p| pane(files, name, &p.value, refractive_index)).collect::<Result<_>>()?;
-            return Ok(MaterialKind::Glass { panes: Panes::Listed(list), refractive_index });
+            return Ok(MaterialKind::Glass { panes: Panes::Listed(list), refractive_index, maintenance_factor });
         }
     };
     check_count(files.source, name, count, offset)?;
     let value = m.transmittance.as_ref().ok_or_else(|| missing(files.source, name, def, "transmittance"))?;
     let transmittance = clear_share(files, name, value, count, refractive_index)?;
-    Ok(MaterialKind::Glass { panes: Panes::Alike { count, transmittance }, refractive_index })
+    Ok(MaterialKind::Glass { panes: Panes::Alike { count, transmittance }, refractive_index, maintenance_factor })
 }
 
 /// Most panes of a unit.

@@ -10,8 +10,8 @@ use super::faces::{self, Drawn, Names, Place};
 use super::file::{self, At, BandsDef, DivisionDef, GridDef, Kind, ModeDef, ModeName, SceneFile, Source, Up};
 use super::obj::{self, Obj};
 use super::{
-    Axes, Face, InputFile, Receiver, Scene, dimming, grid, luminaire, material, requirement, shells, sky, suggest,
-    usage, view,
+    Axes, Face, InputFile, MaterialKind, Receiver, Scene, dimming, fenestration, grid, luminaire, material,
+    requirement, shells, sky, suggest, usage, view,
 };
 use crate::error::ErrorKind;
 use crate::spectrum::BandMode;
@@ -26,7 +26,7 @@ pub fn load(path: &Path) -> Result<Scene> {
     let text = super::text(&bytes).map_err(|e| e.in_file(path))?;
     let source = Source { path, text };
     let file = file::parse(source)?;
-    refuse_unbuilt(source, &file)?;
+    refuse_bsdf_keys(source, &file)?;
     let mut files = Files::new(source, &bytes);
     let axes = match file.geometry.value.up {
         Up::Z => Axes::ZUp,
@@ -38,7 +38,7 @@ pub fn load(path: &Path) -> Result<Scene> {
     files.warnings.extend(told);
     files.warnings.extend(shells::penetrations(&faces, &drawing.objects));
     warn_size(&mut files, &file, &faces);
-    let materials = materials(&mut files, &file, &drawing, &faces)?;
+    let materials = materials(&mut files, &file, axes, &drawing, &faces)?;
     let bands = bands(source, file.bands.as_ref())?;
     check_names(source, &file)?;
     let stage = grid::Stage { faces: &faces, objects: &drawing.objects, materials: &drawing.materials, axes };
@@ -180,18 +180,17 @@ pub(crate) fn unit_vector(source: Source<'_>, v: &At<[f64; 3]>, key: &str) -> Re
     d.try_normalize().ok_or_else(|| source.malformed(v.offset, format!("{key} is zero: it gives no direction")))
 }
 
-fn refuse_unbuilt(source: Source<'_>, file: &SceneFile) -> Result<()> {
+/// Keys of a BSDF's file belong to no other kind.
+fn refuse_bsdf_keys(source: Source<'_>, file: &SceneFile) -> Result<()> {
     for (name, def) in &file.materials {
         let m = &def.value;
-        if let Some(kind) = m.kind.as_ref().filter(|k| k.value == Kind::Bsdf) {
-            let what = format!("material \"{name}\": kind = \"bsdf\"");
-            let mend = "use glass with its panes, or translucent with the element's diffuse transmittance";
-            return Err(source.unsupported(kind.offset, &what).mend(mend));
+        if m.kind.as_ref().is_some_and(|k| k.value == Kind::Bsdf) {
+            continue;
         }
-        for (given, key) in [(m.file.is_some(), "file"), (m.up.is_some(), "up")] {
-            if given {
-                let message = format!("material \"{name}\": `{key}` belongs to a kind that is not in this version");
-                return Err(source.malformed(def.offset, message).mend("remove the key"));
+        for (offset, key) in [(m.file.as_ref().map(|f| f.offset), "file"), (m.up.as_ref().map(|u| u.offset), "up")] {
+            if let Some(offset) = offset {
+                let message = format!("material \"{name}\": `{key}` belongs to kind = \"bsdf\"");
+                return Err(source.malformed(offset, message).mend("set that kind, or remove the key"));
             }
         }
     }
@@ -328,6 +327,7 @@ fn warn_size(files: &mut Files<'_>, file: &SceneFile, faces: &[Face]) {
 fn materials(
     files: &mut Files<'_>,
     file: &SceneFile,
+    axes: Axes,
     drawing: &Drawing,
     faces: &[Face],
 ) -> Result<Vec<super::Material>> {
@@ -345,7 +345,12 @@ fn materials(
         if area == 0.0 {
             files.warnings.push(format!("material \"{name}\" is on no face"));
         }
-        resolved.insert(name.as_str(), material::resolve(files, name, def, area)?);
+        let material = material::resolve(files, axes, name, def, area)?;
+        if let MaterialKind::Bsdf { up, .. } = &material.kind {
+            let own: Vec<&Face> = faces.iter().filter(|f| Some(f.material) == index).collect();
+            fenestration::check_up(files, name, def, *up, &own)?;
+        }
+        resolved.insert(name.as_str(), material);
     }
     let internal = || Error::new(ErrorKind::Internal, "a material was lost");
     drawing.materials.iter().map(|name| resolved.get(name.as_str()).cloned().ok_or_else(internal)).collect()

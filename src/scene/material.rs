@@ -6,9 +6,10 @@
 
 use std::f64::consts::PI;
 
+use super::fenestration::{maintenance_factor, refuse_dirt};
 use super::file::{At, EmissionDef, Kind, MaterialDef, Source, SpectrumDef, ValueDef};
 use super::load::{Files, check_number};
-use super::{Emission, Material, MaterialKind, glazing, suggest};
+use super::{Axes, Emission, Material, MaterialKind, fenestration, glazing, suggest};
 use crate::spectrum::{self, Beyond, SpectralValue, Spectrum};
 use crate::{Error, Result};
 
@@ -16,10 +17,16 @@ use crate::{Error, Result};
 const BRIGHT: f64 = 0.95;
 
 /// Checks one material. `area_m2` is the area of all its faces; 0 if it is on none.
-pub(crate) fn resolve(files: &mut Files<'_>, name: &str, def: &At<MaterialDef>, area_m2: f64) -> Result<Material> {
+pub(crate) fn resolve(
+    files: &mut Files<'_>,
+    axes: Axes,
+    name: &str,
+    def: &At<MaterialDef>,
+    area_m2: f64,
+) -> Result<Material> {
     let kind = match def.value.kind.as_ref().map_or(Kind::Diffuse, |k| k.value) {
-        // The loader has refused the latter.
-        Kind::Diffuse | Kind::Bsdf => diffuse(files, name, def)?,
+        Kind::Diffuse => diffuse(files, name, def)?,
+        Kind::Bsdf => fenestration::element(files, axes, name, def)?,
         Kind::Glass => glazing::glass(files, name, def)?,
         Kind::Mirror => mirror(files, name, def)?,
         Kind::Translucent => translucent(files, name, def)?,
@@ -35,6 +42,7 @@ fn diffuse(files: &mut Files<'_>, name: &str, def: &At<MaterialDef>) -> Result<M
     let m = &def.value;
     refuse(files.source, name, "diffuse", m.transmittance.as_ref().map(|t| t.offset), "transmittance")?;
     refuse(files.source, name, "diffuse", m.refractive_index.as_ref().map(|n| n.offset), "refractive_index")?;
+    refuse_dirt(files, name, "diffuse", def)?;
     refuse(files.source, name, "diffuse", m.panes.as_ref().map(|p| p.offset), "panes")?;
     let front = match &m.reflectance {
         Some(value) => share(files, name, "reflectance", value)?,
@@ -61,6 +69,7 @@ fn mirror(files: &mut Files<'_>, name: &str, def: &At<MaterialDef>) -> Result<Ma
     for (offset, key) in others {
         refuse(files.source, name, "mirror", offset, key)?;
     }
+    refuse_dirt(files, name, "mirror", def)?;
     let value = m.reflectance.as_ref().ok_or_else(|| missing(files.source, name, def, "reflectance"))?;
     let reflectance = share(files, name, "reflectance", value)?;
     warn_bright(files, name, reflectance.max());
@@ -90,8 +99,9 @@ fn translucent(files: &mut Files<'_>, name: &str, def: &At<MaterialDef>) -> Resu
             return Err(files.source.impossible(offset, message).mend("together they are at most 1"));
         }
     }
+    let maintenance_factor = maintenance_factor(files, name, def)?;
     warn_bright(files, name, transmittance.max() + front.max().max(back.max()));
-    Ok(MaterialKind::Translucent { front, back, transmittance })
+    Ok(MaterialKind::Translucent { front, back, transmittance, maintenance_factor })
 }
 
 /// Where two shares of the same light sum to more than one, by more than rounding to three digits explains.
@@ -106,6 +116,7 @@ pub(super) fn refuse(source: Source<'_>, name: &str, kind: &str, offset: Option<
     let Some(offset) = offset else { return Ok(()) };
     let mend = match key {
         "transmittance" => "set kind = \"glass\" (clear) or \"translucent\" (diffusing), or remove the key",
+        "maintenance_factor" => "dirt lies on glass, translucent sheets and bsdf windows alone: remove the key",
         "refractive_index" | "panes" => "set kind = \"glass\", or remove the key",
         "emission" => "only diffuse faces emit: give the lamp a face of its own",
         _ => "remove the key, or choose another kind",

@@ -12,6 +12,7 @@ pub mod check;
 mod check_tests;
 mod dimming;
 mod faces;
+mod fenestration;
 mod file;
 mod glazing;
 mod grid;
@@ -182,8 +183,10 @@ pub enum MaterialKind {
         front: SpectralValue,
         /// Reflectance of the back.
         back: SpectralValue,
-        /// Diffuse transmittance, the same both ways.
+        /// Diffuse transmittance, the same both ways, when clean.
         transmittance: SpectralValue,
+        /// Share of what it passes that dirt leaves.
+        maintenance_factor: f64,
     },
     /// A plane mirror on both sides.
     Mirror {
@@ -196,6 +199,17 @@ pub enum MaterialKind {
         panes: Panes,
         /// Index of refraction of uncoated panes.
         refractive_index: f64,
+        /// Share of what it passes that dirt leaves.
+        maintenance_factor: f64,
+    },
+    /// A window element with a BSDF.
+    Bsdf {
+        /// What it does when clean; the front is that of the face.
+        bsdf: std::sync::Arc<bsdf::Bsdf>,
+        /// Where its azimuth of 90° points, projected on the face.
+        up: DVec3,
+        /// Share of what it passes that dirt leaves.
+        maintenance_factor: f64,
     },
 }
 
@@ -204,6 +218,12 @@ impl MaterialKind {
     #[must_use]
     pub fn is_translucent(&self) -> bool {
         matches!(self, Self::Translucent { .. })
+    }
+
+    /// Does light pass to the other side, in whatever way?
+    #[must_use]
+    pub fn lets_light_in(&self) -> bool {
+        matches!(self, Self::Glass { .. } | Self::Translucent { .. } | Self::Bsdf { .. })
     }
 }
 

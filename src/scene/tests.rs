@@ -279,14 +279,68 @@ fn translucent_materials_are_judged() {
     }
 }
 
+/// An even sheet in Klems's quarter basis that lets by 30 %.
+fn sheet_xml() -> String {
+    let values = vec![format!("{}", 0.3 / PI); 41 * 41].join(",");
+    format!(
+        "<WindowElement><Optical><Layer>\n<DataDefinition><IncidentDataStructure>Columns</IncidentDataStructure></DataDefinition>\n<WavelengthData><Wavelength>Visible</Wavelength><WavelengthDataBlock><WavelengthDataDirection>Transmission Front</WavelengthDataDirection><ColumnAngleBasis>LBNL/Klems Quarter</ColumnAngleBasis><RowAngleBasis>LBNL/Klems Quarter</RowAngleBasis><ScatteringData>{values}</ScatteringData></WavelengthDataBlock></WavelengthData></Layer></Optical></WindowElement>"
+    )
+}
+
 #[test]
-fn what_is_not_built_is_refused_by_name() {
+fn a_bsdf_is_read_with_its_file_and_what_is_up() {
+    let load = |material: &str, xml: &str| {
+        let toml = format!("{HEAD}[materials.wall]\nkind = \"bsdf\"\n{material}");
+        Folder::new(&[("a.obj", ROOM), ("w.xml", xml), ("s.toml", &toml)]).load()
+    };
+    let s = load("file = \"w.xml\"\nup = [0, 2, 0]\nmaintenance_factor = 0.9\n", &sheet_xml()).unwrap();
+    let MaterialKind::Bsdf { bsdf, up, maintenance_factor } = &s.materials[0].kind else { panic!() };
+    assert_eq!((*up, *maintenance_factor), (DVec3::Y, 0.9));
+    let passed = bsdf.scattering(bsdf::Passage::TransmissionFront).unwrap().hemispherical();
+    assert!((passed - 0.3).abs() < 1e-12, "the file's own: dirt is apart");
+    assert!(s.inputs.iter().any(|i| i.path.to_str() == Some("w.xml")), "its hash is told");
+    for (material, xml, want) in [
+        ("up = [0, 1, 0]\n", sheet_xml(), "s.toml:5: material \"wall\" has no `file`"),
+        ("file = \"v.xml\"\n", sheet_xml(), "s.toml:7: no such file: `v.xml`"),
+        // The slab lies level: what is up must be said.
+        ("file = \"w.xml\"\n", sheet_xml(), "`up` points along the normal of one of its faces"),
+        ("file = \"w.xml\"\nup = [0, 0, 0]\n", sheet_xml(), "s.toml:8: up is zero"),
+        (
+            "file = \"w.xml\"\nreflectance = 0.5\n",
+            sheet_xml(),
+            "s.toml:8: material \"wall\": a bsdf material has no `reflectance`",
+        ),
+        ("file = \"w.xml\"\nmaintenance_factor = 1.1\n", sheet_xml(), "maintenance_factor = 1.1 is not within 0 to 1"),
+        (
+            "file = \"w.xml\"\nup = [0, 1, 0]\n",
+            sheet_xml().replace("Visible", "Solar"),
+            "w.xml:1: no visible scattering data",
+        ),
+    ] {
+        let e = load(material, &xml).unwrap_err().to_string();
+        assert!(e.contains(want), "{material} gave {e}");
+    }
+}
+
+#[test]
+fn keys_of_windows_belong_to_windows() {
     for (rest, want) in [
         (
-            "[materials.blind]\nkind = \"bsdf\"\nfile = \"blind.xml\"\nup = [0, 0, 1]\n",
-            "s.toml:8: material \"blind\": kind = \"bsdf\" is not supported in this version",
+            "[materials.blind]\nreflectance = 0.5\nfile = \"blind.xml\"\n",
+            "s.toml:9: material \"blind\": `file` belongs to kind",
         ),
-        ("[materials.blind]\nreflectance = 0.5\nfile = \"blind.xml\"\n", "`file` belongs to a kind"),
+        (
+            "[materials.blind]\nreflectance = 0.5\nup = [0, 0, 1]\n",
+            "s.toml:9: material \"blind\": `up` belongs to kind",
+        ),
+        (
+            "[materials.m]\nkind = \"mirror\"\nreflectance = 0.5\nmaintenance_factor = 0.9\n",
+            "a mirror material has no `maintenance_factor`",
+        ),
+        (
+            "[materials.m]\nreflectance = 0.5\nmaintenance_factor = 0.9\n",
+            "a diffuse material has no `maintenance_factor`",
+        ),
     ] {
         let e = error(&format!("{WALL}{rest}"));
         assert!(e.contains(want), "{rest} gave {e}");

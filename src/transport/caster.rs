@@ -32,6 +32,13 @@ impl Ray {
         Self { origin: origin.as_vec3().to_array(), direction: direction.as_vec3().to_array(), t_max }
     }
 
+    /// Where to it goes: a unit vector.
+    #[must_use]
+    #[inline]
+    pub fn along(&self) -> DVec3 {
+        DVec3::from_array(self.direction.map(f64::from))
+    }
+
     /// The point at distance `t`.
     #[must_use]
     #[inline]

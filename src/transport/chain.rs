@@ -7,8 +7,10 @@ use glam::DVec3;
 
 use super::caster::{Hit, MISS, Ray};
 use super::optics::Optics;
+use super::scatterer::Scatterer;
 use super::specular::Specular;
 use super::world::{Kind, World};
+use crate::mesh::Surface;
 
 /// Mirrors and panes along one chain; what is longer is counted as lost.
 const MAX_LINKS: usize = 48;
@@ -36,6 +38,11 @@ pub enum Landing {
         /// It came by a mirror, so direct light does not already count what is seen there.
         mirrored: bool,
     },
+    /// Out of the scene by one window with a BSDF, whose light of sky, ground and sun is direct light.
+    Scattered {
+        /// Where to.
+        direction: DVec3,
+    },
     /// Inside a solid: the start of the ray is covered.
     Covered,
     /// In a mirror maze.
@@ -55,6 +62,8 @@ pub struct Tint {
     pub panes: u32,
     /// Reflections.
     pub mirrors: u32,
+    /// Windows with a BSDF passed.
+    pub scatterers: u32,
 }
 
 impl Default for Tint {
@@ -68,7 +77,7 @@ impl Tint {
     /// Nothing taken.
     #[must_use]
     pub fn new(pad: usize) -> Self {
-        Self { scale: 1.0, bands: vec![1.0; pad], coloured: false, panes: 0, mirrors: 0 }
+        Self { scale: 1.0, bands: vec![1.0; pad], coloured: false, panes: 0, mirrors: 0, scatterers: 0 }
     }
 
     /// Nothing taken, again.
@@ -80,6 +89,7 @@ impl Tint {
         self.coloured = false;
         self.panes = 0;
         self.mirrors = 0;
+        self.scatterers = 0;
     }
 
     /// Share left in one band.
@@ -103,8 +113,10 @@ impl Tint {
 pub enum Fork {
     /// By chance: a number in `[0, 1)`, spread over all panes met; the tint carries the odds.
     Chance(f64),
+    /// The same for light that is shot from where the ray begins, in place of light that arrives there.
+    Shot(f64),
     /// Reflected at the pane of this number (counted from zero) and straight through all others; the tint carries the
-    /// plain reflectance and transmittances, so that the branches 0, 1, 2 ... and "none" add up.
+    /// plain reflectance and transmittances, so that the branches 0, 1, 2 ... and "none" add up. Windows with a BSDF end it.
     Branch(u32),
 }
 
@@ -124,7 +136,10 @@ pub fn follow(
     for _ in 0..MAX_LINKS {
         if hit.surface == MISS {
             let direction = DVec3::from_array(ray.direction.map(f64::from));
-            return Landing::Escaped { direction, mirrored: tint.mirrors > 0 };
+            if tint.scatterers == 1 && tint.mirrors == 0 {
+                return Landing::Scattered { direction };
+            }
+            return Landing::Escaped { direction, mirrored: tint.mirrors + tint.scatterers > 0 };
         }
         let surface = &world.surfaces.list[hit.surface as usize];
         let direction = DVec3::from_array(ray.direction.map(f64::from));
@@ -136,7 +151,16 @@ pub fn follow(
             if surface.solid && !front {
                 return Landing::Covered;
             }
-            let mirrored = tint.mirrors > 0 || coloured;
+            if let Some(scatterer) = world.scatterer(hit.surface)
+                && let Some(next) = fork.scatter((scatterer, surface), front, direction)
+            {
+                tint.scatterers += 1;
+                ray = Ray::new(world.lift(point, -surface.side_normal(front)), next);
+                *rays += 1;
+                hit = world.caster.closest(&ray);
+                continue;
+            }
+            let mirrored = tint.mirrors + tint.scatterers > 0 || coloured;
             return Landing::Surface { surface: hit.surface, front, point, distance, mirrored };
         }
         let normal = surface.side_normal(front);
@@ -177,14 +201,35 @@ impl Fork {
     fn choose(&mut self, reflect: f64, pane: u32) -> (bool, f64) {
         match self {
             Self::Branch(at) => (*at == pane, 1.0),
-            Self::Chance(u) if *u < reflect => {
+            Self::Chance(u) | Self::Shot(u) if *u < reflect => {
                 *u /= reflect;
                 (true, reflect)
             }
-            Self::Chance(u) => {
+            Self::Chance(u) | Self::Shot(u) => {
                 *u = (*u - reflect) / (1.0 - reflect);
                 (false, 1.0 - reflect)
             }
         }
+    }
+
+    /// Where to a ray goes on through a window with a BSDF; `None` where it stays.
+    fn scatter(
+        &mut self,
+        (scatterer, surface): (&Scatterer, &Surface),
+        front: bool,
+        direction: DVec3,
+    ) -> Option<DVec3> {
+        let (u, passed, is_shot) = match self {
+            Self::Branch(_) => return None,
+            Self::Chance(u) => (u, scatterer.passed(surface, front, -direction), false),
+            Self::Shot(u) => (u, scatterer.lets_by(surface, front, direction), true),
+        };
+        if *u >= passed {
+            *u = (*u - passed) / (1.0 - passed).max(f64::MIN_POSITIVE);
+            return None;
+        }
+        *u /= passed;
+        let on = if is_shot { Scatterer::shoot_on } else { Scatterer::read_on };
+        Some(on(scatterer, surface, front, direction, *u))
     }
 }

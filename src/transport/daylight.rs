@@ -45,6 +45,10 @@ const ELEMENT_WIDTH: f64 = 0.25;
 /// Cosine between corners of a triangle that is divided in any case: seven points are too few for so wide a view.
 const WIDE: f64 = 0.8;
 const QUADRATURE_DEPTH: u32 = 7;
+/// See [`SkyScratch::panel_width`]: at a tolerance of 1 %, at least, on elements.
+const FINE_PANEL: f64 = 0.015;
+const LEAST_PANEL: f64 = 0.008;
+const ELEMENT_PANEL: f64 = 0.35;
 
 /// Buffers of one thread.
 #[derive(Debug, Default)]
@@ -55,10 +59,10 @@ pub(super) struct SkyScratch {
     cover: Vec<DVec3>,
     cut: Vec<DVec3>,
     /// Where triangles are not divided further; `None` for elements.
-    limit: Option<f64>,
+    pub(super) limit: Option<f64>,
     /// Mirrors and panes in the bands of the run, where any is coloured.
     coloured: Option<Speculars>,
-    tint: Tint,
+    pub(super) tint: Tint,
     /// Panes on the way to what was looked at last.
     pub(super) through: Vec<u32>,
 }
@@ -68,6 +72,12 @@ impl SkyScratch {
     pub(super) fn for_tolerance(tolerance: f64) -> Self {
         let limit = (FINE_QUADRATURE * (tolerance / 0.01).powi(2)).clamp(1e-5, QUADRATURE);
         Self { limit: Some(limit), ..Self::default() }
+    }
+
+    /// Widest piece of a window with a BSDF that one point stands for, radians: one patch is about 0.17 wide. One of many
+    /// points on an element may take larger ones.
+    pub(super) fn panel_width(&self) -> f64 {
+        self.limit.map_or(ELEMENT_PANEL, |limit| FINE_PANEL * (limit / FINE_QUADRATURE).powf(0.25)).max(LEAST_PANEL)
     }
 
     pub(super) fn in_bands(mut self, optics: &Optics) -> Self {
@@ -129,8 +139,10 @@ struct Directions<'a> {
 pub struct Seen<'a> {
     /// Unit vector.
     pub direction: DVec3,
-    /// Projected solid angle that it stands for, sr.
+    /// Projected solid angle that it stands for, sr, with the cosine of the middle of its cone.
     pub weight: f64,
+    /// Solid angle that it stands for, sr, unbiased: of the direction itself in place of the cone.
+    pub solid_angle: f64,
     /// What panes leave.
     pub tint: &'a Tint,
     /// Their surfaces.
@@ -144,29 +156,26 @@ impl Receiver for Directions<'_> {
         }
         let panes = piece.panes();
         eye.points(&piece.polygon, self.width, &mut |[a, b, c], weight| {
-            // Anywhere in the triangle: on the whole, as much falls to each side of a border as lies there.
             self.count += 1;
-            let chance = seed(&[eye.sample, self.count]);
-            let (u, v) = (unit(chance >> 32), unit(chance & 0xFFFF_FFFF));
-            let root = u.sqrt();
-            let direction = (a * (1.0 - root) + b * (root * (1.0 - v)) + c * (root * v)).normalize();
+            let (direction, solid_angle) = eye.anywhere([a, b, c], self.count);
             tint.reset();
             eye.at_panes(panes, direction, |pane, cosine| tint.pass(pane, cosine, 1.0));
-            (self.visit)(Seen { direction, weight, tint, panes });
+            (self.visit)(Seen { direction, weight, solid_angle, tint, panes });
         });
     }
 
-    fn ray(&mut self, _: &Eye<'_>, direction: DVec3, (tint, panes): (&Tint, &[u32]), weight: f64, _: usize) {
-        (self.visit)(Seen { direction, weight, tint, panes });
+    fn ray(&mut self, eye: &Eye<'_>, direction: DVec3, (tint, panes): (&Tint, &[u32]), weight: f64, _: usize) {
+        let solid_angle = if weight > 0.0 { weight / eye.normal.dot(direction) } else { 0.0 };
+        (self.visit)(Seen { direction, weight, solid_angle, tint, panes });
     }
 }
 
 /// What looks where: a point with its normal, and the seed of the rays it may need.
-struct Eye<'a> {
-    world: &'a World,
-    speculars: &'a Speculars,
-    x: DVec3,
-    normal: DVec3,
+pub(super) struct Eye<'a> {
+    pub(super) world: &'a World,
+    pub(super) speculars: &'a Speculars,
+    pub(super) x: DVec3,
+    pub(super) normal: DVec3,
     sample: u64,
 }
 
@@ -194,7 +203,7 @@ pub(super) fn daylight(
 }
 
 /// Looks from a point, through coloured panes where the buffers know the bands.
-fn with_eye<R>(
+pub(super) fn with_eye<R>(
     world: &World,
     (x, normal): (DVec3, DVec3),
     sample: u64,
@@ -313,7 +322,7 @@ impl Eye<'_> {
     }
 
     /// What the panes of a piece leave of light in a direction; `each` is told of every pane and the cosine there.
-    fn at_panes(&self, panes: &[u32], direction: DVec3, mut each: impl FnMut(&Glazing, f64)) {
+    pub(super) fn at_panes(&self, panes: &[u32], direction: DVec3, mut each: impl FnMut(&Glazing, f64)) {
         for p in panes {
             let cosine = self.world.surfaces.list[*p as usize].normal.dot(direction).abs();
             if let Some(pane) = self.speculars.pane(self.world, *p) {
@@ -337,7 +346,7 @@ impl Eye<'_> {
     }
 
     /// Does a coloured pane stand before the piece that lets nothing by?
-    fn is_shut(&self, piece: &Piece) -> bool {
+    pub(super) fn is_shut(&self, piece: &Piece) -> bool {
         piece.panes().iter().any(|p| self.speculars.pane(self.world, *p).is_none())
     }
 
@@ -401,12 +410,33 @@ impl Eye<'_> {
     }
 
     /// Divides a cone into spherical triangles finer than `width` radians, each with its projected solid angle, sr.
-    fn points(&self, polygon: &[DVec3], width: f64, visit: &mut impl FnMut([DVec3; 3], f64)) {
+    pub(super) fn points(&self, polygon: &[DVec3], width: f64, visit: &mut impl FnMut([DVec3; 3], f64)) {
         let first = polygon[0].normalize();
         let least = width.cos();
         for e in polygon.windows(2).skip(1) {
             self.triangle([first, e[0].normalize(), e[1].normalize()], least, visit);
         }
+    }
+
+    /// A direction anywhere in a triangle: on the whole, as much falls to each side of a border as lies there. With the solid
+    /// angle that it stands for: `dω = h dA/r³` on the plane of the corners, which lies at the height `h`.
+    fn anywhere(&self, [a, b, c]: [DVec3; 3], number: u64) -> (DVec3, f64) {
+        let chance = seed(&[self.sample, number]);
+        let (u, v) = (unit(chance >> 32), unit(chance & 0xFFFF_FFFF));
+        let root = u.sqrt();
+        let p = a * (1.0 - root) + b * (root * (1.0 - v)) + c * (root * v);
+        let length = p.length();
+        (p / length, 0.5 * a.dot(b.cross(c)).abs() / length.powi(3))
+    }
+
+    /// Directions anywhere in the triangles of a cone, each with the projected solid angle that it stands for, sr.
+    pub(super) fn somewhere(&self, polygon: &[DVec3], width: f64, visit: &mut impl FnMut(DVec3, f64)) {
+        let mut count = 0;
+        self.points(polygon, width, &mut |triangle, _| {
+            count += 1;
+            let (direction, solid_angle) = self.anywhere(triangle, count);
+            visit(direction, solid_angle * self.normal.dot(direction).max(0.0));
+        });
     }
 
     /// The same within a spherical triangle: its longest side is halved until it is short enough.
@@ -448,7 +478,7 @@ impl Eye<'_> {
                 s.tint.reset();
                 s.through.clear();
                 let each = |pane| s.through.push(pane);
-                if pass(self.world, self.speculars, (self.x, direction), &mut s.tint, &mut rays, each) {
+                if pass(self.world, self.speculars, (self.x, direction), MISS, &mut s.tint, &mut rays, each) {
                     out.ray(self, direction, (&s.tint, &s.through), weight / f64::from(CELL_RAYS), group);
                 }
             }
@@ -490,7 +520,7 @@ impl Eye<'_> {
             s.tint.reset();
             let towards = sun_direction(&disc, a, b);
             let each = |pane| s.through.push(pane);
-            if pass(self.world, self.speculars, (self.x, towards), &mut s.tint, &mut rays, each) {
+            if pass(self.world, self.speculars, (self.x, towards), MISS, &mut s.tint, &mut rays, each) {
                 deposit(out, SUN, whole / f64::from(SUN_RAYS), &s.tint);
             }
         }
@@ -532,14 +562,15 @@ pub fn pass_out(
     tint: &mut Tint,
     rays: &mut u64,
 ) -> bool {
-    pass(world, speculars, (x, direction), tint, rays, |_| {})
+    pass(world, speculars, (x, direction), MISS, tint, rays, |_| {})
 }
 
-/// The same; `each` is told of every pane on the way.
-fn pass(
+/// The same from a surface, or from outside where that is [`MISS`]; `each` is told of every pane on the way.
+pub(super) fn pass(
     world: &World,
     speculars: &Speculars,
     (x, direction): (DVec3, DVec3),
+    source: u32,
     tint: &mut Tint,
     rays: &mut u64,
     mut each: impl FnMut(u32),
@@ -549,8 +580,11 @@ fn pass(
         let ray = Ray::new(start, direction);
         let hit = world.caster.closest(&ray);
         *rays += 1;
-        if hit.surface == MISS {
+        if hit.surface == source {
             return true;
+        }
+        if hit.surface == MISS {
+            return false;
         }
         let Some(pane) = speculars.pane(world, hit.surface) else { return false };
         let cosine = world.surfaces.list[hit.surface as usize].normal.dot(direction).abs();

@@ -9,9 +9,10 @@ use std::f64::consts::PI;
 use glam::{DVec2, DVec3};
 
 use super::caster::{MISS, Ray};
-use super::daylight::{Parts, SkyScratch, daylight};
+use super::daylight::{Parts, SUN, SkyScratch, daylight};
 use super::hung::luminaire_lx;
 use super::optics::Optics;
+use super::panels::{Wanted, panel_light};
 use super::places::Choice;
 use super::points::Points;
 use super::visible::{Visible, cone_planes};
@@ -28,6 +29,8 @@ const SLIVER: f64 = 1e-11;
 /// Shadow rays: a first look, and all of them where that look sees a penumbra.
 pub(super) const FEW_RAYS: u32 = 32;
 pub(super) const MANY_RAYS: u32 = 256;
+/// Widest piece of a window with a BSDF that one point stands for at a vertex of a path, radians.
+const VERTEX_WIDTH: f64 = 0.7;
 /// At one of many places of an element.
 pub(super) const ROUGH_RAYS: u32 = 8;
 /// Diameter of a lamp over its distance up to which one place on it tells its light at one of many points.
@@ -48,6 +51,10 @@ pub struct DirectScratch {
     pub(super) strength: Vec<f64>,
     /// Is the point one of many, which make up for what one misses?
     pub(super) is_one_of_many: bool,
+    /// The set of cells that is read of windows with a BSDF.
+    pub set: usize,
+    /// The side of a window with a BSDF that receives the light: what passes it does not count.
+    pub receiver: Option<(u32, bool)>,
     /// Shadow rays cast.
     pub rays: u64,
     /// Exact factors worked out.
@@ -86,6 +93,7 @@ pub fn direct(world: &World, x: DVec3, normal: DVec3, sample: u64, scratch: &mut
         add_source(world, k, (x, normal), 1.0, sample, scratch, out);
     }
     add_daylight(world, (x, normal), sample, true, scratch, out);
+    add_windows(world, (x, normal), sample, false, scratch, out);
 }
 
 /// What gives light that is looked at by itself.
@@ -121,7 +129,19 @@ pub(super) fn add_source(
         Source::Side(e) => (e.group, visible_factor(world, e, x, normal, sample, scratch)),
         Source::Hung(l) => (l.group, luminaire_lx(world, l, x, normal, sample, scratch)),
     };
-    out[group] += times * light;
+    let kept = if light > 0.0 { kept(world, scratch.receiver, x, &source(world, k)) } else { 0.0 };
+    out[group] += times * light * kept;
+}
+
+/// Share of a source's light that does not pass the window with a BSDF that receives it, over the mean share of any light.
+fn kept(world: &World, receiver: Option<(u32, bool)>, x: DVec3, source: &Source<'_>) -> f64 {
+    let Some((surface, front)) = receiver else { return 1.0 };
+    let middle = match source {
+        Source::Side(e) => e.vertices.iter().sum::<DVec3>() / e.vertices.len() as f64,
+        Source::Hung(l) => l.position,
+    };
+    let own = &world.surfaces.list[surface as usize];
+    world.scatterer(surface).map_or(1.0, |s| s.keeps(own, front, (x - middle).normalize_or(-own.side_normal(front))))
 }
 
 /// Adds sky, ground and sun, or the sun alone.
@@ -133,10 +153,32 @@ pub(super) fn add_daylight(
     scratch: &mut DirectScratch,
     out: &mut [f64],
 ) {
-    if let Some(first) = world.daylight_group() {
+    let Some(first) = world.daylight_group() else { return };
+    let out = &mut out[first..];
+    if let Some((surface, front)) = scratch.receiver {
+        let uv = world.surfaces.list[surface as usize].uv(at.0);
+        let kept = world.panels().kept(scratch.set, surface, front, uv);
+        let first = if diffuse { 0 } else { SUN };
+        out.iter_mut().zip(kept).skip(first).for_each(|(sum, e)| *sum += e);
+    } else {
         let parts = if diffuse { Parts::All } else { Parts::Sun };
-        scratch.rays += daylight(world, at, sample, parts, &mut scratch.sky, &mut out[first..]);
+        scratch.rays += daylight(world, at, sample, parts, &mut scratch.sky, out);
     }
+}
+
+/// Adds sky, ground and sun by way of windows with a BSDF, at a vertex of a path from one of many such windows alone.
+pub(super) fn add_windows(
+    world: &World,
+    at: (DVec3, DVec3),
+    sample: u64,
+    is_vertex: bool,
+    scratch: &mut DirectScratch,
+    out: &mut [f64],
+) {
+    let Some(first) = world.daylight_group().filter(|_| world.has_bsdf()) else { return };
+    let width = if is_vertex { VERTEX_WIDTH } else { scratch.sky.panel_width() };
+    let wanted = Wanted { width, one: is_vertex, set: scratch.set, receiver: scratch.receiver };
+    scratch.rays += panel_light(world, at, sample, wanted, scratch, &mut out[first..]);
 }
 
 /// Irradiance at a point with a normal, per unit exitance of one emitting polygon, by the part of it that the point sees.

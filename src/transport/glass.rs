@@ -130,13 +130,15 @@ fn coated(normal: &Shares, c: f64) -> Shares {
 pub struct GlazingUnit {
     /// The panes.
     pub panes: Vec<Pane>,
+    /// Share of what it passes that dirt leaves.
+    pub maintenance_factor: f64,
 }
 
 impl GlazingUnit {
     /// Equal uncoated panes that together pass `transmittance` at normal incidence.
     #[must_use]
     pub fn alike(count: usize, transmittance: f64, refractive_index: f64) -> Self {
-        let unit = |pane| Self { panes: vec![pane; count] };
+        let unit = |pane| Self { panes: vec![pane; count], maintenance_factor: 1.0 };
         if count == 1 {
             return unit(Pane::bare(transmittance, refractive_index));
         }
@@ -160,9 +162,16 @@ impl GlazingUnit {
                 let by_pane: Vec<Vec<Pane>> =
                     list.iter().map(|p| Pane::in_bands(p, refractive_index, values)).collect();
                 let bands = by_pane.first().map_or(0, Vec::len);
-                (0..bands).map(|b| Self { panes: by_pane.iter().map(|p| p[b]).collect() }).collect()
+                let panes = |b: usize| by_pane.iter().map(|p| p[b]).collect();
+                (0..bands).map(|b| Self { panes: panes(b), maintenance_factor: 1.0 }).collect()
             }
         }
+    }
+
+    /// The same with dirt on it.
+    #[must_use]
+    pub fn in_use(self, maintenance_factor: f64) -> Self {
+        Self { maintenance_factor, ..self }
     }
 
     /// Shares at an angle of incidence for light without polarisation.
@@ -170,10 +179,11 @@ impl GlazingUnit {
     pub fn shares(&self, cosine: f64) -> Shares {
         let c = cosine.clamp(1e-9, 1.0);
         let clear = Shares { passed: 1.0, reflected: [0.0; 2] };
-        Shares::mean(self.panes.iter().fold([clear; 2], |[s, p], pane| {
+        let clean = Shares::mean(self.panes.iter().fold([clear; 2], |[s, p], pane| {
             let [next_s, next_p] = pane.polarised(c);
             [s.before(next_s), p.before(next_p)]
-        }))
+        }));
+        Shares { passed: self.maintenance_factor * clean.passed, ..clean }
     }
 
     /// Transmittance for light from all directions alike, `∫ T(c) 2c dc`.
@@ -260,7 +270,7 @@ mod tests {
     const CLEAR_PANE: Pane = Pane::Bare { refractive_index: 1.52, internal: 1.0 };
 
     fn unit(panes: &[Pane]) -> GlazingUnit {
-        GlazingUnit { panes: panes.to_vec() }
+        GlazingUnit { panes: panes.to_vec(), maintenance_factor: 1.0 }
     }
 
     #[test]

@@ -91,17 +91,24 @@ impl Optics {
         };
         let black = vec![0.0f32; pad];
         let (mut reflectance, mut transmittance) = (Vec::new(), Vec::new());
-        for m in &scene.materials {
-            let (front, back, through) = match &m.kind {
-                MaterialKind::Diffuse { front, back } => (Some(front), Some(back), None),
-                MaterialKind::Translucent { front, back, transmittance } => {
-                    (Some(front), Some(back), Some(transmittance))
+        for (material, m) in scene.materials.iter().enumerate() {
+            let values = |v: &SpectralValue| padded(bands.reflectance(v));
+            let (sides, through) = match &m.kind {
+                MaterialKind::Diffuse { front, back } => ([values(back), values(front)], black.clone()),
+                MaterialKind::Translucent { front, back, transmittance, maintenance_factor } => {
+                    let through = bands.reflectance(transmittance).into_iter().map(|t| t * maintenance_factor);
+                    ([values(back), values(front)], padded(through.collect()))
                 }
-                MaterialKind::Mirror { .. } | MaterialKind::Glass { .. } => (None, None, None),
+                MaterialKind::Bsdf { .. } => {
+                    let rho = |front: bool| world.scatterer_of(material).map_or(0.0, |s| s.reflectance(front));
+                    ([false, true].map(|front| padded(vec![rho(front); bands.len()])), black.clone())
+                }
+                MaterialKind::Mirror { .. } | MaterialKind::Glass { .. } => {
+                    ([black.clone(), black.clone()], black.clone())
+                }
             };
-            let values = |v: Option<&SpectralValue>| v.map_or_else(|| black.clone(), |v| padded(bands.reflectance(v)));
-            reflectance.push([values(back), values(front)]);
-            transmittance.push(values(through));
+            reflectance.push(sides);
+            transmittance.push(through);
         }
         let mut exitance: Vec<Vec<f64>> = world
             .emitters

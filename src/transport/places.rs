@@ -5,7 +5,7 @@
 
 use glam::DVec3;
 
-use super::direct::{DirectScratch, SMALL_LAMP, Source, add_daylight, add_source, source, sources};
+use super::direct::{DirectScratch, SMALL_LAMP, Source, add_daylight, add_source, add_windows, source, sources};
 use super::lamps::{Look, rough};
 use super::points::Points;
 use super::umbra::hidden;
@@ -204,7 +204,9 @@ pub fn direct_at_vertex(
     } else {
         look_at_some(world, (x, normal), sample, scratch, out);
     }
-    add_daylight(world, (x, normal), sample, false, scratch, out);
+    // A window with a BSDF knows its sky already.
+    add_daylight(world, (x, normal), sample, scratch.receiver.is_some(), scratch, out);
+    add_windows(world, (x, normal), sample, true, scratch, out);
 }
 
 /// Light of many lamps at a vertex: those that could give much are looked at, of the others one is drawn.

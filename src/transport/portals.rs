@@ -26,7 +26,7 @@ impl Portals {
     }
 
     /// A direction to a uniform point of all panes.
-    fn sample(&self, surfaces: &Surfaces, x: DVec3, (choice, a, b): (f64, f64, f64)) -> Option<DVec3> {
+    pub(super) fn sample(&self, surfaces: &Surfaces, x: DVec3, (choice, a, b): (f64, f64, f64)) -> Option<DVec3> {
         let mut want = choice * self.area;
         let chosen = self.surfaces.iter().find(|s| {
             want -= surfaces.list[**s as usize].area;
@@ -37,7 +37,7 @@ impl Portals {
     }
 
     /// Density of [`Self::sample`] in a direction, per steradian: every pane that the direction meets adds to it.
-    fn density(&self, surfaces: &Surfaces, x: DVec3, direction: DVec3) -> f64 {
+    pub(super) fn density(&self, surfaces: &Surfaces, x: DVec3, direction: DVec3) -> f64 {
         self.surfaces
             .iter()
             .filter_map(|s| {

@@ -8,11 +8,13 @@ use rayon::prelude::*;
 
 use super::caster::{Hit, MISS, Ray};
 use super::chain::{Fork, Landing, Tint, follow};
-use super::daylight::{GROUND, SKY};
-use super::direct::DirectScratch;
+use super::daylight::{GROUND, SKY, SUN};
+use super::direct::{DirectScratch, add_windows};
 use super::optics::Optics;
+use super::panels::PANEL_SETS;
 use super::places::direct_at_place;
 use super::points::{Points, seed};
+use super::scatterer::Scatterer;
 use super::world::{World, cosine_direction};
 use crate::mesh::{ElementKey, Elements};
 
@@ -133,8 +135,16 @@ struct Sample {
     emission: Option<(u32, f32, [f32; 3])>,
 }
 
+impl Sample {
+    fn covered() -> Self {
+        Self { key: None, target: Target::Covered, share: 1.0, tint: None, emission: None }
+    }
+}
+
 struct Expanded {
     samples: Vec<Sample>,
+    /// Samples that look along what passes a window with a BSDF.
+    passed: usize,
     direct: Vec<f32>,
     rays: u64,
     factors: u64,
@@ -214,7 +224,8 @@ impl Rows {
             // What one side receives leaves the other: neither can be without its twin.
             mesh.make(&world.surfaces, key.other_side());
         }
-        self.valid.push(1.0 - covered as f32 / e.samples.len() as f32);
+        let stays = world.scatterer(surface).map_or(1.0, |s| s.stays(mesh.list()[i as usize].front) as f32);
+        self.valid.push(stays * (1.0 - (covered - e.passed) as f32 / (e.samples.len() - e.passed).max(1) as f32));
         for (r, d) in self.replicas.iter_mut().zip(e.direct.chunks_exact(optics.columns().max(1))) {
             r.direct.extend_from_slice(&d[..self.groups]);
             if let Some(irradiance) = optics.tinted_irradiance(&d[self.groups..]) {
@@ -280,6 +291,7 @@ impl<'a> Worker<'a> {
         let (replicas, rays) = (self.settings.replicas, self.settings.rays);
         let mut out = Expanded {
             samples: Vec::with_capacity(replicas * rays),
+            passed: 0,
             direct: vec![0.0; replicas * columns.max(1)],
             rays: 0,
             factors: 0,
@@ -290,8 +302,13 @@ impl<'a> Worker<'a> {
         // What is worth fewer elements is worth fewer places.
         let lit_every = (self.settings.lit_every * mesh.block_side(element.key) as usize).min(rays);
         let outline: Vec<DVec3> = element.outline.iter().map(|uv| surface.point(*uv)).collect();
+        let scatterer = self.world.scatterer(element.surface);
+        self.scratch.receiver = scatterer.map(|_| (element.surface, element.front));
         self.scratch.within(self.world, &outline, normal, lit_every, rays);
+        let mut through = vec![0.0; columns];
         for r in 0..replicas {
+            through.fill(0.0);
+            self.scratch.set = r % PANEL_SETS;
             // Neighbours take neighbouring stretches of one sequence: together their rays are as well spread as one
             // element's, and their errors cancel where a sensor sees many of them.
             let stream = seed(&[self.settings.seed, element.key.family(), r as u64]);
@@ -312,7 +329,16 @@ impl<'a> Worker<'a> {
             self.world.caster.closest_batch(&self.rays, &mut self.hits);
             out.rays += rays as u64;
             for k in 0..rays {
-                let sample = self.sample(mesh, k, points.get(first.wrapping_add(k as u32), 4), &mut out.rays);
+                let number = first.wrapping_add(k as u32);
+                let along = self.rays[k].along();
+                // What passes is no light of the element's own.
+                let passes = |s: &Scatterer| points.get(number, 5) < s.passed(surface, element.front, along);
+                let sample = if scatterer.is_some_and(passes) {
+                    out.passed += 1;
+                    Sample::covered()
+                } else {
+                    self.sample(mesh, k, points.get(number, 4), &mut out.rays)
+                };
                 if sample.target != Target::Covered && !self.world.glowing() {
                     counted[r] += 1;
                     self.factors.fill(0.0);
@@ -326,11 +352,19 @@ impl<'a> Worker<'a> {
                     let place = ((x, normal), k + turn);
                     let (scratch, factors) = (&mut self.scratch, &mut self.factors);
                     direct_at_place(self.world, place.0, place.1, shadow, (sky, sun), scratch, factors);
+                    if sky {
+                        add_windows(self.world, place.0, shadow, false, scratch, &mut through);
+                    }
                     for (sum, f) in out.direct[r * columns..].iter_mut().zip(&self.factors) {
                         *sum += *f as f32;
                     }
                 }
                 out.samples.push(sample);
+            }
+            // What windows with a BSDF send is looked at from one place in each set, the sun's light too.
+            for (column, light) in through.iter().enumerate().filter(|(_, light)| **light > 0.0) {
+                let places = if self.optics.daylight_of(column) == Some(SUN) { suns[r] } else { skies[r] };
+                out.direct[r * columns + column] += (light * f64::from(places)) as f32;
             }
         }
         average_direct(&mut out.direct, columns, |column| match self.optics.daylight_of(column) {
@@ -366,7 +400,7 @@ impl<'a> Worker<'a> {
                 let light = self.world.background(direction);
                 sample.emission = light.map(|(g, weight)| (g as u32, weight as f32, direction.as_vec3().to_array()));
             }
-            Landing::Escaped { .. } => {}
+            Landing::Escaped { .. } | Landing::Scattered { .. } => {}
             Landing::Covered => sample.target = Target::Covered,
             Landing::Lost => sample.target = Target::Lost,
         }

@@ -75,7 +75,7 @@ impl Speculars {
 /// All that is specular of a material.
 fn spectral_values(kind: &MaterialKind) -> Vec<&SpectralValue> {
     match kind {
-        MaterialKind::Diffuse { .. } | MaterialKind::Translucent { .. } => Vec::new(),
+        MaterialKind::Diffuse { .. } | MaterialKind::Translucent { .. } | MaterialKind::Bsdf { .. } => Vec::new(),
         MaterialKind::Mirror { reflectance } => vec![reflectance],
         MaterialKind::Glass { panes, .. } => panes.values(),
     }
@@ -83,14 +83,15 @@ fn spectral_values(kind: &MaterialKind) -> Vec<&SpectralValue> {
 
 fn specular(kind: &MaterialKind, values: &impl Fn(&SpectralValue) -> Vec<f64>) -> Specular {
     match kind {
-        MaterialKind::Diffuse { .. } | MaterialKind::Translucent { .. } => Specular::None,
+        MaterialKind::Diffuse { .. } | MaterialKind::Translucent { .. } | MaterialKind::Bsdf { .. } => Specular::None,
         MaterialKind::Mirror { reflectance } => {
             let rho: Vec<f32> = values(reflectance).iter().map(|r| *r as f32).collect();
             let is_grey = rho.iter().all(|r| *r == rho[0]);
             Specular::Mirror(if is_grey { rho[..1].to_vec() } else { rho })
         }
-        MaterialKind::Glass { panes, refractive_index } => {
-            Specular::Glass(Glazing::new(&GlazingUnit::in_bands(panes, *refractive_index, values)))
+        MaterialKind::Glass { panes, refractive_index, maintenance_factor } => {
+            let units = GlazingUnit::in_bands(panes, *refractive_index, values).into_iter();
+            Specular::Glass(Glazing::new(&units.map(|u| u.in_use(*maintenance_factor)).collect::<Vec<_>>()))
         }
     }
 }

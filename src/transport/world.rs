@@ -1,12 +1,16 @@
 //! The scene as the rays see it.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use super::caster::{Caster, MISS, Ray};
 use super::daylight::{DAYLIGHT_GROUPS, GROUND, SKY};
 use super::lamps::Lamps;
+use super::panels::Panels;
 use super::points::Points;
 use super::portals::Portals;
+use super::scatterer::Scatterer;
 use super::specular::Speculars;
 use super::sun_images::SunImages;
 use crate::light::sun::DIAMETER_DEG;
@@ -41,6 +45,11 @@ pub struct World {
     has_specular: bool,
     has_glass: bool,
     translucent: Vec<bool>,
+    /// By material.
+    scatterers: Vec<Option<Arc<Scatterer>>>,
+    has_bsdf: bool,
+    panels: Panels,
+    bsdf_portals: Portals,
     glowing: bool,
     outside: Vec<bool>,
     daylight: Option<Daylight>,
@@ -72,11 +81,14 @@ impl World {
             groups[e.surface][usize::from(e.front)] = Some(e.group as u32);
         }
         let kinds = scene.materials.iter().map(|m| match m.kind {
-            MaterialKind::Diffuse { .. } | MaterialKind::Translucent { .. } => Kind::Diffuse,
+            MaterialKind::Diffuse { .. } | MaterialKind::Translucent { .. } | MaterialKind::Bsdf { .. } => {
+                Kind::Diffuse
+            }
             MaterialKind::Mirror { .. } => Kind::Mirror,
             MaterialKind::Glass { .. } => Kind::Glass,
         });
         let kinds: Vec<Kind> = kinds.collect();
+        let scatterers: Vec<Option<Arc<Scatterer>>> = scene.materials.iter().map(|m| scatterer(&m.kind)).collect();
         let any = |wanted: &dyn Fn(Kind) -> bool| surfaces.list.iter().any(|s| wanted(kinds[s.material]));
         let sun = daylight.as_ref().and_then(|d| d.sun);
         let mut world = Self {
@@ -86,6 +98,10 @@ impl World {
             has_glass: any(&|k| k == Kind::Glass),
             caster: Caster::new(&surfaces),
             translucent: scene.materials.iter().map(|m| m.kind.is_translucent()).collect(),
+            has_bsdf: surfaces.list.iter().any(|s| scatterers[s.material].is_some()),
+            bsdf_portals: Portals::new(&surfaces, |material| scatterers[material].is_some()),
+            scatterers,
+            panels: Panels::default(),
             sun_images: sun.map_or_else(SunImages::default, |sun| SunImages::new(&surfaces, &kinds, sun)),
             kinds,
             greys: Speculars::grey(scene),
@@ -105,6 +121,15 @@ impl World {
     pub fn hang(mut self, luminaires: Luminaires) -> Self {
         self.emitters.hang(luminaires, &self.surfaces.frame);
         self.glowing &= self.emitters.luminaires.is_empty();
+        self
+    }
+
+    /// The same with the light that windows with a BSDF take from sky, ground and sun, as finely as a tolerance wants.
+    #[must_use]
+    pub fn glaze(mut self, tolerance: f64, seed: u64) -> Self {
+        if self.has_bsdf && self.daylight.is_some() {
+            self.panels = Panels::new(&self, tolerance, seed);
+        }
         self
     }
 
@@ -201,6 +226,35 @@ impl World {
         self.translucent[self.surfaces.list[surface as usize].material]
     }
 
+    /// The BSDF of a surface, if it is a window element with one.
+    #[must_use]
+    #[inline]
+    pub fn scatterer(&self, surface: u32) -> Option<&Scatterer> {
+        if self.has_bsdf { self.scatterer_of(self.surfaces.list[surface as usize].material) } else { None }
+    }
+
+    /// The BSDF of a material.
+    pub(super) fn scatterer_of(&self, material: usize) -> Option<&Scatterer> {
+        self.scatterers[material].as_deref()
+    }
+
+    /// Any window element with a BSDF in the scene?
+    #[must_use]
+    pub fn has_bsdf(&self) -> bool {
+        self.has_bsdf
+    }
+
+    /// What such windows send on of sky, ground and sun.
+    #[must_use]
+    pub fn panels(&self) -> &Panels {
+        &self.panels
+    }
+
+    /// Such windows, as guides to the sky.
+    pub(super) fn bsdf_portals(&self) -> &Portals {
+        &self.bsdf_portals
+    }
+
     /// Any translucent surface in the scene?
     #[must_use]
     pub fn has_translucent(&self) -> bool {
@@ -253,6 +307,12 @@ impl World {
     pub fn lift(&self, p: DVec3, side_normal: DVec3) -> DVec3 {
         p + side_normal * SKIN
     }
+}
+
+/// The BSDF of a material with its dirt.
+fn scatterer(kind: &MaterialKind) -> Option<Arc<Scatterer>> {
+    let MaterialKind::Bsdf { bsdf, up, maintenance_factor } = kind else { return None };
+    Some(Arc::new(Scatterer::new(&bsdf.as_ref().clone().dimmed(*maintenance_factor), *up)))
 }
 
 /// A direction about `normal`, distributed as the cosine, from a point of the unit square.

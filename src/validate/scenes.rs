@@ -30,7 +30,7 @@ impl Build {
     /// One uncoated pane of a transmittance at normal incidence.
     pub(super) fn pane(&mut self, transmittance: f64) -> usize {
         let panes = Panes::Alike { count: 1, transmittance: SpectralValue::Grey(transmittance) };
-        self.made_of(MaterialKind::Glass { panes, refractive_index: 1.52 }, None)
+        self.made_of(MaterialKind::Glass { panes, refractive_index: 1.52, maintenance_factor: 1.0 }, None)
     }
 
     /// Hangs a photometric file, aimed down.

@@ -2,6 +2,7 @@
 
 #![allow(dead_code, unreachable_pub, reason = "every test file takes what it needs")]
 
+pub mod bsdf;
 pub mod rooms;
 
 use clerestory::measure::{GridResult, Measurement, Method, SensorResult, Silent, SolveOptions, Status};
@@ -58,7 +59,11 @@ pub fn glass(transmittance: f64) -> Material {
 
 /// Equal panes of glass, index 1.52, by the transmittance of all.
 pub fn glazed(count: usize, transmittance: SpectralValue) -> Material {
-    let kind = MaterialKind::Glass { panes: Panes::Alike { count, transmittance }, refractive_index: 1.52 };
+    let kind = MaterialKind::Glass {
+        panes: Panes::Alike { count, transmittance },
+        refractive_index: 1.52,
+        maintenance_factor: 1.0,
+    };
     Material { name: "glass".into(), kind, emission: None, outside: false }
 }
 

@@ -57,9 +57,9 @@ pub(super) fn run(task: &Task<'_>, mut record: Record) -> Result<Measurement> {
         ))
         .mend("use the default method or path-tracing"));
     }
-    if task.world.has_specular() || task.world.has_translucent() {
+    if task.world.has_specular() || task.world.has_translucent() || task.world.has_bsdf() {
         return Err(Error::unsupported(format!(
-            "method {} works with opaque diffuse surfaces alone; the scene has mirrors or glass, or translucent surfaces",
+            "method {} works with opaque diffuse surfaces alone; the scene has mirrors or glass, translucent surfaces, or windows with a BSDF",
             record.method
         ))
         .mend("use the default method or path-tracing"));

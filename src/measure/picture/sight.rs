@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use crate::transport::caster::{MISS, Ray};
-use crate::transport::{Fork, Landing, Optics, SUN, Tint, World, follow};
+use crate::transport::{Fork, Landing, Optics, PANEL_SETS, SUN, Scatterer, Tint, World, follow};
 
 /// What a pixel's ray meets, along one branch of its chain; for sky and ground the surface is [`MISS`], and `point` the
 /// direction to them.
@@ -20,6 +20,9 @@ pub(super) struct Sight {
     /// A luminaire, which is no surface: its group and π times its luminance.
     glow: Option<(usize, f64)>,
 }
+
+/// Ways on through a window with a BSDF for what stands beyond.
+const WAYS: u32 = 4;
 
 /// Looks along a ray: one sight for a plain scene, one more for every pane on the way.
 pub(super) fn look(world: &World, optics: &Optics, ray: Ray, sights: &mut Vec<Sight>) {
@@ -52,7 +55,12 @@ pub(super) fn look(world: &World, optics: &Optics, ray: Ray, sights: &mut Vec<Si
             let (through, glow) = (false, None);
             sights.push(Sight { surface: MISS, front: true, point, normal, through, tint: own_tint(), glow });
         }
-        if let Landing::Surface { surface, front, point, .. } = landing {
+        if let Landing::Surface { surface, front, point, .. } = landing
+            && let Some(scatterer) = world.scatterer(surface)
+        {
+            let window = WindowSide { scatterer, surface, front, point };
+            window.look(world, optics, direction, &tint, sights);
+        } else if let Landing::Surface { surface, front, point, .. } = landing {
             let s = &world.surfaces.list[surface as usize];
             for through in [false, true].into_iter().take(1 + usize::from(world.is_translucent(surface))) {
                 let front = front != through;
@@ -61,6 +69,54 @@ pub(super) fn look(world: &World, optics: &Optics, ray: Ray, sights: &mut Vec<Si
                 sights.push(Sight { surface, front, point, normal, through, tint: own_tint(), glow: None });
             }
         }
+    }
+}
+
+/// A place on a window with a BSDF.
+struct WindowSide<'a> {
+    scatterer: &'a Scatterer,
+    surface: u32,
+    front: bool,
+    point: DVec3,
+}
+
+impl WindowSide<'_> {
+    /// What a window with a BSDF shows: its own surface, the daylight that it sends on, and by a few ways what stands beyond.
+    fn look(&self, world: &World, optics: &Optics, direction: DVec3, before: &Tint, sights: &mut Vec<Sight>) {
+        let (surface, front) = (self.surface, self.front);
+        let s = &world.surfaces.list[surface as usize];
+        let uv = s.uv(self.point);
+        let passed = self.scatterer.passed(s, front, -direction) as f32;
+        let left = |tint: &Tint, share: f32| Some((0..optics.pad).map(|b| share * tint.share(b)).collect());
+        let normal = s.side_normal(front);
+        let point = world.lift(s.point(uv), normal);
+        let plain =
+            Sight { surface, front, point, normal, through: false, tint: left(before, 1.0 - passed), glow: None };
+        for set in 0..PANEL_SETS {
+            let radiance = world.panels().radiance(world, (surface, front), set, uv, -direction);
+            let share = left(before, 1.0 / PANEL_SETS as f32);
+            sights.extend(radiance.iter().enumerate().filter(|(_, l)| **l > 0.0).map(|(group, l)| Sight {
+                surface: MISS,
+                tint: share.clone(),
+                glow: Some((optics.lamps + group, std::f64::consts::PI * l)),
+                ..plain.clone()
+            }));
+        }
+        for way in 0..WAYS {
+            let chance = (f64::from(way) + 0.5) / f64::from(WAYS);
+            let on = self.scatterer.read_on(s, front, direction, chance);
+            let ray = Ray::new(world.lift(s.point(uv), -normal), on);
+            let mut tint = before.clone();
+            let hit = world.caster.closest(&ray);
+            let landing = follow(world, optics, ray, hit, Fork::Branch(u32::MAX), &mut tint, &mut 0);
+            if let Landing::Surface { surface, front, point, .. } = landing {
+                let s = &world.surfaces.list[surface as usize];
+                let (normal, tint) = (s.side_normal(front), left(&tint, passed / WAYS as f32));
+                let point = world.lift(s.point(s.uv(point)), normal);
+                sights.push(Sight { surface, front, point, normal, through: false, tint, glow: None });
+            }
+        }
+        sights.insert(0, plain);
     }
 }
 

@@ -79,9 +79,64 @@ impl KlemsBasis {
     }
 }
 
+/// Finds the patch of a direction.
+#[derive(Clone, Debug)]
+pub struct PatchFinder {
+    /// Of each ring from the pole: square of the sine of its largest polar angle, its first patch, patches.
+    rings: Vec<(f64, usize, usize)>,
+}
+
+impl PatchFinder {
+    /// For a basis.
+    #[must_use]
+    pub fn new(basis: KlemsBasis) -> Self {
+        let mut first = 0;
+        let ring = |(high_deg, count): &(f64, usize)| {
+            first += count;
+            (high_deg.to_radians().sin().powi(2), first - count, *count)
+        };
+        Self { rings: basis.rings().iter().map(ring).collect() }
+    }
+
+    /// The patch of a direction: its part along the normal (of either sign), and along the axes of azimuth 0 and 90°.
+    #[must_use]
+    pub fn find(&self, normal: f64, x: f64, y: f64) -> usize {
+        let squared_sine = 1.0 - normal * normal;
+        let last = self.rings.len() - 1;
+        let ring = self.rings.iter().position(|r| squared_sine <= r.0).unwrap_or(last);
+        let (_, first, count) = self.rings[ring];
+        // The first patch of a ring lies about azimuth 0, half of it before.
+        let place = (y.atan2(x) / (2.0 * PI) * count as f64).round().rem_euclid(count as f64);
+        first + (place as usize).min(count - 1)
+    }
+
+    /// The patch whose directions are those of another one backwards: half a turn about the normal.
+    #[must_use]
+    pub fn opposite(&self, patch: usize) -> usize {
+        let ring = self.rings.iter().rfind(|r| r.1 <= patch).unwrap_or(&self.rings[0]);
+        ring.1 + (patch - ring.1 + ring.2 / 2) % ring.2
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn every_patch_holds_its_own_directions_and_its_opposite_holds_them_backwards() {
+        for basis in [KlemsBasis::Full, KlemsBasis::Half, KlemsBasis::Quarter] {
+            let finder = PatchFinder::new(basis);
+            for (k, patch) in basis.patches().iter().enumerate() {
+                for (u, v) in [(0.01, -0.49), (0.5, 0.0), (0.99, 0.49)] {
+                    let theta = patch.theta[0] + u * (patch.theta[1] - patch.theta[0]);
+                    let phi = patch.phi + v * patch.width;
+                    let (x, y) = (theta.sin() * phi.cos(), theta.sin() * phi.sin());
+                    assert_eq!(finder.find(theta.cos(), x, y), k, "{basis:?}");
+                    assert_eq!(finder.find(-theta.cos(), -x, -y), finder.opposite(k), "{basis:?}");
+                }
+            }
+        }
+    }
 
     #[test]
     fn the_patches_of_a_basis_fill_the_hemisphere() {

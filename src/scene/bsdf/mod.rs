@@ -6,7 +6,7 @@
 mod klems;
 mod xml;
 
-pub use klems::{KlemsBasis, Patch};
+pub use klems::{KlemsBasis, Patch, PatchFinder};
 
 use std::f64::consts::PI;
 
@@ -58,11 +58,18 @@ impl Scattering {
         self.values[outgoing * self.incident.patches().len() + incident]
     }
 
-    /// The same light the other way (Helmholtz).
+    /// The same light the other way (Helmholtz): azimuths are those of the light's way, so each turns by half a turn.
     fn reversed(&self) -> Self {
         let (rows, columns) = (self.outgoing.patches().len(), self.incident.patches().len());
-        let values = (0..columns).flat_map(|i| (0..rows).map(move |o| self.values[o * columns + i])).collect();
+        let (leaving, arriving) = (PatchFinder::new(self.outgoing), PatchFinder::new(self.incident));
+        let value = |o: usize, i: usize| self.values[leaving.opposite(o) * columns + arriving.opposite(i)];
+        let values = (0..columns).flat_map(|i| (0..rows).map(move |o| value(o, i))).collect();
         Self { incident: self.outgoing, outgoing: self.incident, values }
+    }
+
+    /// A share of it, as dirt leaves.
+    fn scale(&mut self, share: f64) {
+        self.values.iter_mut().for_each(|v| *v *= share);
     }
 
     /// Share that leaves of what arrives in each patch: `Σ_o f(o, i) Ω_o`, Ω the projected solid angles.
@@ -93,6 +100,17 @@ pub struct Bsdf {
 }
 
 impl Bsdf {
+    /// Passes but a share of what it passed, either way.
+    #[must_use]
+    pub fn dimmed(mut self, share: f64) -> Self {
+        for passage in [Passage::TransmissionFront, Passage::TransmissionBack] {
+            if let Some(scattering) = &mut self.scattering[passage as usize] {
+                scattering.scale(share);
+            }
+        }
+        self
+    }
+
     /// What goes one way; nothing does where there is none.
     #[must_use]
     pub fn scattering(&self, passage: Passage) -> Option<&Scattering> {

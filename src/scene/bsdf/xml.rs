@@ -229,6 +229,23 @@ mod tests {
     }
 
     #[test]
+    fn light_goes_back_the_way_it_came() {
+        // One way alone is open: arriving in patch 3, leaving in patch 20 (counted from 0).
+        let n = 41;
+        let only = |k: usize| if k == 20 * n + 3 { "0.2" } else { "0" };
+        let one = (0..n * n).map(only).collect::<Vec<_>>().join(",");
+        let even = vec!["0.1".to_owned(); n * n].join(",");
+        let bsdf = Bsdf::from_xml(&file(&[("Transmission Front", 0.1)]).replace(&even, &one)).unwrap();
+        let [front, back] =
+            [Passage::TransmissionFront, Passage::TransmissionBack].map(|p| bsdf.scattering(p).unwrap());
+        assert_eq!(front.value(20, 3), 0.2);
+        // Backwards light arrives in patch 14, opposite to 20 in the ring of 9 to 20 (11 + 6 is 5 of 12), and leaves in 7,
+        // opposite to 3 in the ring of 1 to 8 (2 + 4 is 6 of 8).
+        assert_eq!(back.value(7, 14), 0.2);
+        assert!((back.hemispherical() - front.hemispherical()).abs() < 1e-15);
+    }
+
+    #[test]
     fn files_that_cannot_be_name_the_line() {
         let good = file(&[("Transmission Front", 0.1)]);
         for (text, want) in [

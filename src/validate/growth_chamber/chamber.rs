@@ -130,7 +130,7 @@ impl Chamber {
             // What has no published reflectance (the discs that screen the lamps) is black.
             let kind = match (curve("r", name), curve("t", name)) {
                 (Some(rho), Some(transmittance)) => {
-                    MaterialKind::Translucent { front: rho.clone(), back: rho, transmittance }
+                    MaterialKind::Translucent { front: rho.clone(), back: rho, transmittance, maintenance_factor: 1.0 }
                 }
                 (Some(rho), None) if reflects => MaterialKind::Diffuse { front: rho.clone(), back: rho },
                 _ => {
