@@ -34,6 +34,8 @@ const ACROSS: usize = 4;
 const CONTRAST: f32 = 0.1;
 /// Rays of a sample that no record is near to, as a share of a record's.
 const ALONE: f64 = 0.25;
+/// Share of the tolerance by which neighbouring pixels may differ for the direct light of one to serve within the others.
+const EVEN: f64 = 0.5;
 const STREAM: u64 = 7;
 
 /// Places that the pixels' gather rays land on, for the mesh to be made.
@@ -299,7 +301,7 @@ impl<'a> Painter<'a> {
                     let known = Known { lit, tile };
                     let sample = |pixel: usize| {
                         let before = brush.gatherer.cast + brush.gatherer.scratch.rays;
-                        let value = self.supersample(pixel, known, brush);
+                        let value = self.supersample(pixel, known, &y, brush);
                         (pixel, value, brush.gatherer.cast + brush.gatherer.scratch.rays - before)
                     };
                     edges.into_iter().map(sample).collect()
@@ -324,30 +326,50 @@ impl<'a> Painter<'a> {
     }
 
     fn is_edge(&self, pixel: usize, base: &Base, y: &[f32]) -> bool {
-        let key = |p: usize| base.sights[p].first().map(|s| (s.surface, s.front, base.sights[p].len()));
-        let own = key(pixel);
+        let own = key(&base.sights[pixel]);
         self.neighbours(pixel).any(|p| {
             let (a, b) = (y[pixel], y[p]);
-            (key(p) != own && (a != b)) || (a - b).abs() > CONTRAST * a.max(b)
+            (key(&base.sights[p]) != own && (a != b)) || (a - b).abs() > CONTRAST * a.max(b)
         })
     }
 
-    fn supersample(&self, pixel: usize, known: Known<'_>, brush: &mut Brush<'_>) -> Vec<f32> {
+    /// The nearest neighbour whose middle shows the same face: its direct light serves where all that do so are equally
+    /// bright within a share of the tolerance.
+    fn even_neighbour(&self, pixel: usize, sights: &[Sight], base: &Base, y: &[f32]) -> Option<usize> {
+        let first = sights.first().filter(|s| s.surface != MISS)?;
+        let own = key(sights);
+        let alike: Vec<usize> = self.neighbours(pixel).filter(|p| key(&base.sights[*p]) == own).collect();
+        let (low, high) =
+            alike.iter().fold((f32::INFINITY, 0.0f32), |(low, high), p| (low.min(y[*p]), high.max(y[*p])));
+        let is_even = alike.len() > 1 && f64::from(high - low) <= EVEN * self.noise.tolerance * f64::from(high);
+        let away = |p: &usize| base.sights[*p][0].point.distance_squared(first.point);
+        alike.into_iter().filter(|_| is_even).min_by(|a, b| away(a).total_cmp(&away(b)))
+    }
+
+    fn supersample(&self, pixel: usize, known: Known<'_>, y: &[f32], brush: &mut Brush<'_>) -> Vec<f32> {
         let (world, optics) = (self.task.world, self.task.optics);
         let mut out = vec![0.0; optics.pad];
         let samples = ACROSS * ACROSS;
         let mut sights = std::mem::take(&mut brush.sights);
         for k in 0..samples {
             let place = |j: usize| (j as f64 + 0.5) / ACROSS as f64;
-            let (x, y) = self.corner(pixel);
-            let Some(direction) = self.camera.direction(x + place(k % ACROSS), y + place(k / ACROSS)) else { continue };
+            let (left, top) = self.corner(pixel);
+            let direction = self.camera.direction(left + place(k % ACROSS), top + place(k / ACROSS));
+            let Some(direction) = direction else { continue };
             look(world, optics, Ray::new(self.camera.eye(), direction), &mut sights);
             let sample = seed(&[pixel as u64, 1 + k as u64]);
-            self.shine(known, (&sights, None), (sample, 1.0 / samples as f32), brush, &mut out);
+            let beside = self.even_neighbour(pixel, &sights, known.lit.base, y);
+            let first = beside.map(|p| &known.lit.base.direct[p][..]);
+            self.shine(known, (&sights, first), (sample, 1.0 / samples as f32), brush, &mut out);
         }
         brush.sights = sights;
         out
     }
+}
+
+/// What tells the face that a pixel shows from another.
+fn key(sights: &[Sight]) -> Option<(u32, bool, usize)> {
+    sights.first().map(|s| (s.surface, s.front, sights.len()))
 }
 
 /// What the rays of one place brought.
