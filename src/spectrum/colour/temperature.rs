@@ -19,13 +19,41 @@ pub struct Cct {
 /// Farther from the locus than this, a colour temperature has no meaning (CIE 15:2018).
 const MOST_DUV: f64 = 0.05;
 
-/// The locus is tabulated at every whole mired (1e6/K), from 100 000 K to 1000 K. A parabola through three
-/// neighbours is good to 0.01 K, one through three points of the locus this near to it, in mired, to 1e-6 K.
-const NEAR_MIRED: f64 = 0.05;
-const LOCUS_MIRED: std::ops::RangeInclusive<u32> = 10..=1000;
+/// The locus is tabulated at steps of 4 mired (1e6/K), from 100 000 K to 1000 K and a little beyond: it is smooth
+/// through 0 mired and below, so that the polynomials find points on both sides.
+const LOCUS_MIRED: std::ops::RangeInclusive<f64> = 10.0..=1000.0;
+const STEP_MIRED: f64 = 4.0;
 
-static LOCUS: LazyLock<Vec<[f64; 2]>> =
-    LazyLock::new(|| LOCUS_MIRED.map(|mired| planckian_uv(1e6 / f64::from(mired))).collect());
+/// Distances, in steps of the table, of the points of the locus that a parabola is laid through in turn: each
+/// finds the nearest point well enough for the next, the last to 1e-8 of the temperature.
+const NARROWING: [f64; 3] = [1.0, 0.1, 0.01];
+
+/// Points of the table on either side of a place between them, for the polynomial through all of them.
+const REACH: usize = 3;
+
+static LOCUS: LazyLock<Vec<[f64; 2]>> = LazyLock::new(|| {
+    let count = ((LOCUS_MIRED.end() - LOCUS_MIRED.start()) / STEP_MIRED).ceil() as usize + 2 * (REACH + 1);
+    (0..count).map(|i| planckian_uv(1e6 / mired_at(i as f64))).collect()
+});
+
+fn mired_at(place: f64) -> f64 {
+    LOCUS_MIRED.start() + STEP_MIRED * (place - REACH as f64)
+}
+
+/// The locus at a place of its table, by the polynomial through the points around it (Lagrange).
+fn between(place: f64) -> [f64; 2] {
+    let first = place as usize + 1 - REACH;
+    let t = place - first as f64;
+    let mut uv = [0.0; 2];
+    for i in 0..2 * REACH {
+        let others = (0..2 * REACH).filter(|&j| j != i);
+        let weight: f64 = others.map(|j| (t - j as f64) / (i as f64 - j as f64)).product();
+        for c in 0..2 {
+            uv[c] += weight * LOCUS[first + i][c];
+        }
+    }
+    uv
+}
 
 /// Chromaticity u, v (CIE 1960) of a black body, summed at 1 nm.
 fn planckian_uv(kelvin: f64) -> [f64; 2] {
@@ -49,16 +77,17 @@ pub fn cct([x, y]: [f64; 2]) -> Option<Cct> {
     let (nearest, least) = LOCUS.iter().map(distance2).enumerate().min_by(|a, b| a.1.total_cmp(&b.1))?;
     // NaN must not pass.
     let near = least.sqrt() <= 1.01 * MOST_DUV;
-    if !near || nearest == 0 || nearest + 1 == LOCUS.len() {
+    if !near || nearest < REACH || nearest + REACH + 1 >= LOCUS.len() {
         return None;
     }
-    let (t, _) = nearest_on_parabola(&LOCUS[nearest - 1..=nearest + 1], uv);
-    let about_mired = f64::from(*LOCUS_MIRED.start()) + nearest as f64 + t;
-    let around = [-NEAR_MIRED, 0.0, NEAR_MIRED].map(|d| planckian_uv(1e6 / (about_mired + d)));
-    let (t, foot) = nearest_on_parabola(&around, uv);
+    let (mut place, mut foot) = (nearest as f64, LOCUS[nearest]);
+    for step in NARROWING {
+        let (t, found) = nearest_on_parabola(&[-step, 0.0, step].map(|d| between(place + d)), uv);
+        (place, foot) = (place + t * step, found);
+    }
     let duv = distance2(&foot).sqrt().copysign(uv[1] - foot[1]);
-    let mired = about_mired + NEAR_MIRED * t;
-    (duv.abs() <= MOST_DUV).then_some(Cct { kelvin: 1e6 / mired, duv })
+    let mired = mired_at(place);
+    (duv.abs() <= MOST_DUV && LOCUS_MIRED.contains(&mired)).then_some(Cct { kelvin: 1e6 / mired, duv })
 }
 
 /// Parameter (-1, 0, 1 at the three points) and place of the point of the parabola through them that is
@@ -98,11 +127,12 @@ mod tests {
             assert!((found.kelvin - kelvin).abs() < 1.0, "{found:?}");
             assert!(found.duv.abs() < 1e-4, "{found:?}");
         }
-        let exact = planckian_uv(6321.0);
-        let (u, v) = (exact[0], exact[1]);
-        let d = 2.0 * u - 8.0 * v + 4.0;
-        let found = cct([3.0 * u / d, 2.0 * v / d]).unwrap();
-        assert!((found.kelvin - 6321.0).abs() < 1e-5, "{found:?}");
+        for kelvin in [1000.1, 1500.3, 2856.0, 6321.0, 24_700.0, 85_432.1, 99_990.0] {
+            let [u, v] = planckian_uv(kelvin);
+            let d = 2.0 * u - 8.0 * v + 4.0;
+            let found = cct([3.0 * u / d, 2.0 * v / d]).unwrap();
+            assert!((found.kelvin - kelvin).abs() < 1e-8 * kelvin, "{kelvin}: {found:?}");
+        }
     }
 
     #[test]
