@@ -423,3 +423,36 @@ fn a_luminaire_behind_the_ceiling_is_told() {
     let m = solve(&b.0, 0.05);
     assert!(m.grids[0].sensors[0].direct_lx > 1.0 && m.record.warnings.is_empty(), "{:?}", m.record.warnings);
 }
+
+#[test]
+fn a_point_close_to_a_floor_gives_it_no_more_than_its_flux() {
+    // A candle of 100 cd at height h over the middle of the floor of a closed cube of 1 m: E = I / h² at its foot, however
+    // near, and the cube takes in what is emitted: 400 π lm.
+    for height in [0.1, 0.01, 0.001] {
+        // Sensors stand on the skin of the floor, a micrometre up.
+        let share = 1e-5 + 2e-6 / height;
+        let mut b = Build::new();
+        let wall = b.material(diffuse("wall", 0.5));
+        b.room(DVec3::ZERO, DVec3::ONE, [wall; 6]);
+        b.points(
+            "points",
+            &[(at(0.5, 0.5, 0.0), DVec3::Z), (at(0.9, 0.5, 0.0), DVec3::Z), (at(0.2, 0.3, 1.0), -DVec3::Z)],
+        );
+        hang(&mut b.0, file(Opening::default(), &[0.0], &[0.0, 180.0], |_, _| 100.0), at(0.5, 0.5, height));
+        let m = solve(&b.0, 0.02);
+        let direct: Vec<f64> = m.grids[0].sensors.iter().map(|s| s.direct_lx).collect();
+        let ratio =
+            |lux: f64, exact: f64| assert!((lux / exact - 1.0).abs() < share, "{height} m: {lux} lx, exact {exact}");
+        ratio(direct[0], 100.0 / (height * height));
+        ratio(direct[1], 100.0 * height / (0.16 + height * height).powf(1.5));
+        let up = 1.0 - height;
+        ratio(direct[2], 100.0 * up / (0.13 + up * up).powf(1.5));
+        let ledger = &m.ledger;
+        let rest = ledger.emitted[0] - ledger.absorbed[0] - ledger.escaped[0] - ledger.unexpanded[0];
+        let allowed = (1e-3 * ledger.emitted[0]).max(ledger.sampling_error[0]);
+        assert!(rest.abs() <= allowed, "{height} m: open by {rest} of {}", ledger.emitted[0]);
+        for s in &m.grids[0].sensors {
+            assert!(s.error_lx < 0.2 * s.xyz[1], "{height} m: {} ± {} lx", s.xyz[1], s.error_lx);
+        }
+    }
+}

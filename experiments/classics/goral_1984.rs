@@ -1,6 +1,6 @@
 //! A1: the cube of 1984, 49 patches a side: flat patches, bilinear interpolation, one gather.
 
-use clerestory::mesh::PatchMesh;
+use clerestory::mesh::{Linear, PatchMesh};
 use clerestory::solve::dense::Solver;
 use clerestory::transport::World;
 use clerestory::transport::caster::Ray;
@@ -63,7 +63,7 @@ impl Cube {
     }
 
     fn bilinear(&self, face: usize, uv: DVec2) -> f64 {
-        self.mesh.interpolate(face, true, uv, |i| self.radiosity[i]).unwrap_or(0.0)
+        Linear::at(&self.mesh, face, true, uv).map_or(0.0, |shown| shown.value(|i| self.radiosity[i]))
     }
 
     fn gather(&self, face: usize, uv: DVec2) -> f64 {

@@ -8,6 +8,7 @@
 mod contact;
 mod elements;
 mod importance;
+mod linear;
 mod polygon;
 mod solid;
 mod surfaces;
@@ -16,6 +17,7 @@ mod uniform;
 
 pub use elements::{Element, ElementKey, Elements, NO_ELEMENT};
 pub use importance::Importance;
+pub use linear::Linear;
 pub use polygon::{clip_halfplane, clip_line, polygon_area, sample_polygon};
 pub use surfaces::{Frame, Surface, Surfaces};
 pub use tree::{Node, PatchTree};

@@ -7,6 +7,7 @@ use std::ops::Range;
 
 use glam::DVec2;
 
+use super::linear::Weights;
 use super::polygon::{clip_halfplane, polygon_area};
 use super::surfaces::{Surface, Surfaces};
 use super::uniform::{Patch, Patches, deepest, pieces_of_cell};
@@ -187,7 +188,7 @@ impl Patches for PatchTree {
     }
 
     /// Linear between the middle of the leaf and places its own width away, continued to the border of the surface.
-    fn weights(&self, surface: usize, front: bool, uv: DVec2) -> Option<[(usize, f64); 4]> {
+    fn weights(&self, surface: usize, front: bool, uv: DVec2) -> Option<Weights> {
         let leaf = self.leaf_at(surface, front, uv)?;
         let (middle, width) = (0.5 * (leaf.low + leaf.high), leaf.high - leaf.low);
         let at = |p: DVec2| {

@@ -7,6 +7,7 @@ use std::ops::Range;
 
 use glam::{DVec2, DVec3};
 
+use super::linear::Weights;
 use super::polygon::{clip_halfplane, clip_line, polygon_area};
 use super::surfaces::{Surface, Surfaces};
 
@@ -45,7 +46,7 @@ pub trait Patches: Sync + std::fmt::Debug {
 
     /// Patches and their weights in a value at a point of a surface's side, linear between the middles of patches; `None`
     /// where it cannot be had.
-    fn weights(&self, surface: usize, front: bool, uv: DVec2) -> Option<[(usize, f64); 4]>;
+    fn weights(&self, surface: usize, front: bool, uv: DVec2) -> Option<Weights>;
 }
 
 /// The patches of one side of one surface.
@@ -134,12 +135,6 @@ impl PatchMesh {
         let cell = [index(uv.x, side.step.x, side.cells[0]), index(uv.y, side.step.y, side.cells[1])];
         deepest(side.of(cell), |i| &self.list[i as usize].outline, uv)
     }
-
-    /// A value of the patches at a point of a surface's side, but not below zero; see [`Patches::weights`].
-    #[must_use]
-    pub fn interpolate(&self, surface: usize, front: bool, uv: DVec2, value: impl Fn(usize) -> f64) -> Option<f64> {
-        self.weights(surface, front, uv).map(|w| w.iter().map(|(i, w)| w * value(*i)).sum::<f64>().max(0.0))
-    }
 }
 
 impl Patches for PatchMesh {
@@ -153,7 +148,7 @@ impl Patches for PatchMesh {
 
     /// Linear between the middles of cells, continued to the border of the surface; `None` beside cells that are cut or
     /// have no patch.
-    fn weights(&self, surface: usize, front: bool, uv: DVec2) -> Option<[(usize, f64); 4]> {
+    fn weights(&self, surface: usize, front: bool, uv: DVec2) -> Option<Weights> {
         let side = &self.sides[surface][usize::from(front)];
         let across = |x: f64, step: f64, n: usize| {
             let place = x / step - 0.5;
@@ -162,7 +157,7 @@ impl Patches for PatchMesh {
         };
         let (iu, tu) = across(uv.x, side.step.x, side.cells[0]);
         let (iv, tv) = across(uv.y, side.step.y, side.cells[1]);
-        let mut weights = [(0, 0.0); 4];
+        let mut weights: Weights = [(0, 0.0); 4];
         let corners =
             [(0, 0, (1.0 - tu) * (1.0 - tv)), (0, 1, (1.0 - tu) * tv), (1, 0, tu * (1.0 - tv)), (1, 1, tu * tv)];
         for (entry, (du, dv, weight)) in weights.iter_mut().zip(corners) {

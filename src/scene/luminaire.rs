@@ -1,6 +1,6 @@
 //! Luminaires: the user's table into places and directions.
 //!
-//! What the photometric file says is read by [`crate::light::Luminaires`].
+//! What the photometric file says is read by `light::Luminaires`.
 
 use std::path::PathBuf;
 

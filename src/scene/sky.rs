@@ -1,7 +1,7 @@
 //! Sky, sun and site: the user's words and numbers, checked for form.
 //!
 //! What they mean physically (where the sun stands, which sky the weather makes) is worked out by
-//! [`crate::light::Daylight`], which reads the [`Daytime`] made here.
+//! `light::Daylight`, which reads the [`Daytime`] made here.
 
 use std::path::PathBuf;
 

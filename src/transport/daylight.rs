@@ -13,6 +13,7 @@ use super::glass::Glazing;
 use super::optics::Optics;
 use super::points::{Points, seed};
 use super::specular::Speculars;
+use super::spherical;
 use super::visible::{Piece, Visible, cone_planes};
 use super::world::{Kind, World};
 use crate::light::{above_plane, configuration_factor, sun};
@@ -414,19 +415,18 @@ impl Eye<'_> {
         let first = polygon[0].normalize();
         let least = width.cos();
         for e in polygon.windows(2).skip(1) {
-            self.triangle([first, e[0].normalize(), e[1].normalize()], least, visit);
+            let triangle = [first, e[0].normalize(), e[1].normalize()];
+            spherical::parts(triangle, least, &mut |[a, b, c], solid_angle| {
+                let cosine = self.normal.dot(a + b + c).max(0.0) / (a + b + c).length();
+                visit([a, b, c], solid_angle * cosine);
+            });
         }
     }
 
-    /// A direction anywhere in a triangle: on the whole, as much falls to each side of a border as lies there. With the solid
-    /// angle that it stands for: `dω = h dA/r³` on the plane of the corners, which lies at the height `h`.
-    fn anywhere(&self, [a, b, c]: [DVec3; 3], number: u64) -> (DVec3, f64) {
+    /// A direction anywhere in a triangle, see [`spherical::anywhere`].
+    fn anywhere(&self, triangle: [DVec3; 3], number: u64) -> (DVec3, f64) {
         let chance = seed(&[self.sample, number]);
-        let (u, v) = (unit(chance >> 32), unit(chance & 0xFFFF_FFFF));
-        let root = u.sqrt();
-        let p = a * (1.0 - root) + b * (root * (1.0 - v)) + c * (root * v);
-        let length = p.length();
-        (p / length, 0.5 * a.dot(b.cross(c)).abs() / length.powi(3))
+        spherical::anywhere(triangle, (unit(chance >> 32), unit(chance & 0xFFFF_FFFF)))
     }
 
     /// Directions anywhere in the triangles of a cone, each with the projected solid angle that it stands for, sr.
@@ -437,29 +437,6 @@ impl Eye<'_> {
             let (direction, solid_angle) = self.anywhere(triangle, count);
             visit(direction, solid_angle * self.normal.dot(direction).max(0.0));
         });
-    }
-
-    /// The same within a spherical triangle: its longest side is halved until it is short enough.
-    fn triangle(&self, [a, b, c]: [DVec3; 3], least: f64, visit: &mut impl FnMut([DVec3; 3], f64)) {
-        let (ab, bc, ca) = (a.dot(b), b.dot(c), c.dot(a));
-        if ab.min(bc).min(ca) < least {
-            let (p, q, r) = if ab <= bc && ab <= ca {
-                (a, b, c)
-            } else if bc <= ca {
-                (b, c, a)
-            } else {
-                (c, a, b)
-            };
-            let middle = (p + q).normalize();
-            self.triangle([p, middle, r], least, visit);
-            self.triangle([middle, q, r], least, visit);
-            return;
-        }
-        // tan Ω/2 by van Oosterom and Strackee 1983; small, so that two terms of the arc tangent are enough.
-        let half = a.dot(b.cross(c)).abs() / (1.0 + ab + bc + ca);
-        let solid_angle = 2.0 * half * (1.0 - half * half / 3.0);
-        let cosine = self.normal.dot(a + b + c).max(0.0) / (a + b + c).length();
-        visit([a, b, c], solid_angle * cosine);
     }
 
     /// A cell with too many blockers: well-spread rays.

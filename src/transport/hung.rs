@@ -64,7 +64,7 @@ fn from_point(world: &World, l: &Luminaire, place: DVec3, x: DVec3, normal: DVec
 
 /// What is left of light from `x + d` at `x`. A luminaire may lie in the plane of its ceiling, which must not shade it: the
 /// shadow ray ends a skin's thickness `out` of it.
-fn passed(world: &World, x: DVec3, d: DVec3, out: DVec3, s: &mut DirectScratch) -> f64 {
+pub(super) fn passed(world: &World, x: DVec3, d: DVec3, out: DVec3, s: &mut DirectScratch) -> f64 {
     transmittance_to(world, x, d + out * world.skin(), NONE, s)
 }
 

@@ -6,6 +6,7 @@
 mod bvh;
 pub mod caster;
 mod chain;
+mod close;
 mod daylight;
 mod direct;
 pub mod form_factor;
@@ -22,6 +23,7 @@ mod portals;
 mod rows;
 mod scatterer;
 mod specular;
+mod spherical;
 mod sun_images;
 mod umbra;
 mod visible;

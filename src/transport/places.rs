@@ -5,12 +5,13 @@
 
 use glam::DVec3;
 
+use super::close;
 use super::direct::{DirectScratch, SMALL_LAMP, Source, add_daylight, add_source, add_windows, source, sources};
 use super::lamps::{Look, rough};
 use super::points::Points;
 use super::umbra::hidden;
 use super::world::World;
-use crate::light::{above_plane, configuration_factor};
+use crate::light::{Luminaire, above_plane, configuration_factor};
 
 /// Share of an element's light below which an emitter is looked at from fewer places, and below which it takes part in a
 /// draw. The noise of the rows is several times what they leave.
@@ -38,6 +39,8 @@ pub(super) struct Choice {
     draw_every: usize,
     /// What hid each source whole from the last place of the element that looked at it; nothing where it was seen.
     hiders: Vec<Vec<u32>>,
+    /// Luminaires that the whole element looks at, in place of its places.
+    close: Vec<usize>,
     /// Number in `every` of what is looked at from a place of an element.
     looked_at: Option<usize>,
 }
@@ -51,6 +54,16 @@ impl DirectScratch {
         self.is_one_of_many = true;
         let mut choice = std::mem::take(&mut self.choice);
         self.survey(world, polygon, normal, &mut choice.looks);
+        choice.close.clear();
+        if self.receiver.is_none() {
+            choice.looks.retain(|(look, _)| match look {
+                Look::Source(k) if close_luminaire(world, *k, polygon, normal).is_some() => {
+                    choice.close.push(*k);
+                    false
+                }
+                _ => true,
+            });
+        }
         let sum: f64 = choice.looks.iter().map(|l| l.1).sum();
         choice.minor.clear();
         choice.every.clear();
@@ -90,6 +103,25 @@ impl DirectScratch {
         choice.hiders.iter_mut().for_each(Vec::clear);
         choice.hiders.resize_with(choice.hiders.len().max(choice.every.len()), Vec::new);
         self.choice = choice;
+    }
+
+    /// Adds `times` the mean illuminance of the polygon by the luminaires close to it, which its places do not look at.
+    pub(super) fn add_close(
+        &mut self,
+        world: &World,
+        (polygon, area): (&[DVec3], f64),
+        normal: DVec3,
+        (times, sample): (f64, u64),
+        out: &mut [f32],
+    ) {
+        let close = std::mem::take(&mut self.choice.close);
+        for k in &close {
+            if let Some(l) = close_luminaire(world, *k, polygon, normal) {
+                let lux = close::mean_lx(world, l, (polygon, area), normal, sample ^ ((*k as u64) << 32), self);
+                out[l.group] += (times * lux) as f32;
+            }
+        }
+        self.choice.close = close;
     }
 
     /// What each source, or cluster of them, could give at a polygon.
@@ -160,8 +192,15 @@ impl DirectScratch {
     }
 }
 
+fn close_luminaire<'a>(world: &'a World, k: usize, polygon: &[DVec3], normal: DVec3) -> Option<&'a Luminaire> {
+    match source(world, k) {
+        Source::Hung(l) if close::is_close(l, polygon, normal, world.skin()) => Some(l),
+        _ => None,
+    }
+}
+
 /// Irradiance per unit exitance at one of many places of the polygon for which `scratch` was prepared
-/// ([`DirectScratch::within`]): what is looked at from every other place alone counts twice there. Light of sky and sun as
+/// ([`DirectScratch::within`]), but not by luminaires close to it: what is looked at from every other place alone counts twice there. Light of sky and sun as
 /// `daylight` wants: both, sun or none.
 pub fn direct_at_place(
     world: &World,

@@ -361,6 +361,12 @@ impl<'a> Worker<'a> {
                 }
                 out.samples.push(sample);
             }
+            if counted[r] > 0 {
+                // The mean over the element's samples, of which some may be covered, takes in all that arrives.
+                let (times, sample) = (rays as f64, seed(&[stream, u64::from(first)]));
+                let to = &mut out.direct[r * columns..];
+                self.scratch.add_close(self.world, (&outline, element.area), normal, (times, sample), to);
+            }
             // What windows with a BSDF send is looked at from one place in each set, the sun's light too.
             for (column, light) in through.iter().enumerate().filter(|(_, light)| **light > 0.0) {
                 let places = if self.optics.daylight_of(column) == Some(SUN) { suns[r] } else { skies[r] };

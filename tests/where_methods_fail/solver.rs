@@ -318,24 +318,43 @@ fn every_room_behind_a_pinhole_is_solved_to_its_own_scale() {
     }
 }
 
-#[test]
-fn interpolated_values_are_never_negative() {
-    // The foot of a wall that a lamp on the floor grazes: steep, and continued to the corner.
+/// Readings at points of a wall that a lamp on the floor grazes: steep at its foot, and continued to the corner.
+fn on_a_grazed_wall(points: &[(DVec3, DVec3)], patches: u32, display: Display) -> Vec<f64> {
     let mut b = cube(0.0);
     b.0.materials[1].emission = None;
     let lamp = b.material(lit(diffuse("lamp", 0.0), 1000.0));
     b.rectangle(at(0.3, 0.3, 1e-3), DVec3::X * 0.4, DVec3::Y * 0.4, lamp);
+    b.points("wall", points);
+    let method = Method::ConjugateGradients;
+    lux(&solve(&b.0, &SolveOptions { method, patches: Some(patches), display, ..SolveOptions::default() }))
+}
+
+#[test]
+fn interpolated_values_are_never_negative() {
     let points: Vec<(DVec3, DVec3)> = (0..60).map(|k| (at(0.0, 0.5, (f64::from(k) + 0.5) / 60.0), DVec3::X)).collect();
-    b.points("wall", &points);
     for patches in [2, 3, 5, 8] {
-        let options = SolveOptions {
-            method: Method::ConjugateGradients,
-            patches: Some(patches),
-            display: Display::Bilinear,
-            ..SolveOptions::default()
-        };
-        for e in lux(&solve(&b.0, &options)) {
+        for e in on_a_grazed_wall(&points, patches, Display::Bilinear) {
             assert!((0.0..1000.0).contains(&e), "{patches} patches: {e} lx");
+        }
+    }
+}
+
+#[test]
+fn interpolation_keeps_the_flux_of_every_patch() {
+    for patches in [2u32, 3, 5] {
+        // The middles of a patch's quarters: their mean is that of all that is linear in each of them.
+        let place = |k: u32| (f64::from(k) + 0.5) / f64::from(2 * patches);
+        let cells: Vec<[u32; 2]> = (0..patches * patches).map(|k| [2 * (k % patches), 2 * (k / patches)]).collect();
+        let points: Vec<(DVec3, DVec3)> = cells
+            .iter()
+            .flat_map(|[i, j]| [(*i, *j), (i + 1, *j), (*i, j + 1), (i + 1, j + 1)])
+            .map(|(i, j)| (at(0.0, place(i), place(j)), DVec3::X))
+            .collect();
+        let flat = on_a_grazed_wall(&points, patches, Display::Constant);
+        let linear = on_a_grazed_wall(&points, patches, Display::Bilinear);
+        assert!(flat.iter().zip(&linear).any(|(f, l)| (f - l).abs() > 0.1 * f), "{patches} patches are all flat");
+        for (flat, linear) in flat.chunks_exact(4).zip(linear.chunks_exact(4)) {
+            assert_ratio(linear.iter().sum::<f64>() / 4.0, flat[0], 1e-6, &format!("{patches} patches"));
         }
     }
 }

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::super::adaptive::Task;
 use super::super::options::Method;
 use crate::error::{Error, Result};
-use crate::mesh::{Patch, PatchMesh, Patches};
+use crate::mesh::{Linear, Patch, PatchMesh, Patches};
 use crate::scene::MaterialKind;
 use crate::solve::dense::{OnDemand, Shooting, Solver, System};
 use crate::transport::World;
@@ -64,11 +64,10 @@ pub(super) struct Matrix {
 }
 
 impl Level {
-    /// Patches and weights that make up a value at a point of a surface's side: linear between patches or the patch alone.
-    pub(super) fn weights(&self, surface: usize, front: bool, uv: DVec2, linear: bool) -> Option<[(usize, f64); 4]> {
-        let between = if linear { self.mesh.weights(surface, front, uv) } else { None };
-        between
-            .or_else(|| self.mesh.find(surface, front, uv).map(|i| [(i as usize, 1.0), (0, 0.0), (0, 0.0), (0, 0.0)]))
+    /// How the value at a point of a surface's side is made of those of patches: linear between them, or of one alone.
+    pub(super) fn shown(&self, surface: usize, front: bool, uv: DVec2, linear: bool) -> Option<Linear> {
+        let mesh = self.mesh.as_ref();
+        if linear { Linear::at(mesh, surface, front, uv) } else { Linear::flat(mesh, surface, front, uv) }
     }
 
     /// Meshes, connects and solves; patches of about `size`, in the program's frame.

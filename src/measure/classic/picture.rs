@@ -79,10 +79,9 @@ fn pixel_of(task: &Task<'_>, camera: &Camera, level: &Level, radiosity: &[f64], 
         let surface = &task.world.surfaces.list[hit.surface as usize];
         let (front, uv) = (surface.normal.dot(direction) < 0.0, surface.uv(ray.at(hit.t)));
         let linear = task.options.display != Display::Constant;
-        let Some(weights) = level.weights(hit.surface as usize, front, uv, linear) else { continue };
+        let Some(shown) = level.shown(hit.surface as usize, front, uv, linear) else { continue };
         for (band, sum) in sum.iter_mut().enumerate() {
-            let shown: f64 = weights.iter().map(|(i, w)| w * radiosity[i * bands + band]).sum();
-            *sum += shown.max(0.0) / (std::f64::consts::PI * samples);
+            *sum += shown.value(|i| radiosity[i * bands + band]) / (std::f64::consts::PI * samples);
         }
     }
     sum

@@ -137,12 +137,11 @@ impl<'a> Reader<'a> {
         let (surface, front) = surface_below(world, position, sensor.normal)?;
         let uv = world.surfaces.list[surface].uv(position);
         let bands = self.level.system.bands;
-        let weights = self.level.weights(surface, front, uv, bilinear)?;
-        let value =
-            |field: &[f64], band: usize| weights.iter().map(|(i, w)| w * field[i * bands + band]).sum::<f64>().max(0.0);
-        let field = |f: &[f64]| (0..bands).map(|band| value(f, band)).collect::<Vec<f64>>();
-        let (whole, direct) = (field(&matrix.irradiance), field(&matrix.direct));
-        let reflected = whole.iter().zip(&direct).map(|(w, d)| w - d).collect();
-        Some(Reading { direct, reflected })
+        let shown = self.level.shown(surface, front, uv, bilinear)?;
+        let (whole, direct) = (&matrix.irradiance, &matrix.direct);
+        let field = |of: &dyn Fn(usize) -> f64| {
+            (0..bands).map(|band| shown.value(|i| of(i * bands + band))).collect::<Vec<f64>>()
+        };
+        Some(Reading { direct: field(&|k| direct[k]), reflected: field(&|k| (whole[k] - direct[k]).max(0.0)) })
     }
 }
