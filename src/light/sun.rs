@@ -14,6 +14,9 @@ use crate::{Error, Result};
 /// Apparent diameter of the sun's disc, degrees: the mean over the year.
 pub const DIAMETER_DEG: f64 = 0.533;
 
+/// Distance from the middle of [`disc`] to its corners, the middle being at distance one: a little more than its radius.
+pub const DISC_REACH: f64 = 0.004_759_836_356_3;
+
 /// A moment in universal time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moment {
@@ -132,19 +135,23 @@ impl SunPosition {
 #[must_use]
 pub fn disc(direction: DVec3) -> [DVec3; 12] {
     let (u, v) = direction.any_orthonormal_pair();
-    let radius = (0.5 * DIAMETER_DEG).to_radians().tan();
-    // A regular polygon of n sides and radius r has the area n r² sin(2π/n) / 2; here 3 r².
-    let corner = radius * (std::f64::consts::PI / 3.0).sqrt();
     const COSINES: [f64; 12] = {
         const ROOT: f64 = 0.866_025_403_784_438_6;
         [1.0, ROOT, 0.5, 0.0, -0.5, -ROOT, -1.0, -ROOT, -0.5, 0.0, 0.5, ROOT]
     };
-    std::array::from_fn(|k| direction + (u * COSINES[k] + v * COSINES[(k + 9) % 12]) * corner)
+    std::array::from_fn(|k| direction + (u * COSINES[k] + v * COSINES[(k + 9) % 12]) * DISC_REACH)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_disc_has_its_solid_angle() {
+        // A regular polygon of n sides whose corners are at r has the area n r² sin(2π/n) / 2; here 3 r².
+        let radius = (0.5 * DIAMETER_DEG).to_radians().tan();
+        assert!((DISC_REACH - radius * (std::f64::consts::PI / 3.0).sqrt()).abs() < 1e-12, "{DISC_REACH}");
+    }
 
     #[test]
     fn the_worked_example_of_the_report_is_met() {

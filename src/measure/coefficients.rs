@@ -20,7 +20,8 @@ use crate::mesh::Elements;
 use crate::solve::{Columns, LANES, Lanes};
 use crate::transport::points::{Points, seed};
 use crate::transport::{
-    DAYLIGHT_GROUPS, DirectScratch, Optics, Rows, SUN, Seen, Tint, World, sun_factor, visible_directions,
+    DAYLIGHT_GROUPS, DirectScratch, Openings, Optics, Rows, SUN, Seen, Tint, World, sun_factor, sun_through,
+    visible_directions,
 };
 
 /// Parts of a side of Tregenza's patches into which the sky itself is divided.
@@ -56,6 +57,8 @@ pub struct Coefficients {
 pub struct GridCoefficients {
     /// The sensors as they look.
     probes: Vec<Probe>,
+    /// Where each sensor sees the sky; `None` where rays had to tell.
+    openings: Vec<Option<Openings>>,
     /// What each sensor sees of the sky and the ground: column (opening · patches + patch) and coefficient.
     pub seen: Vec<Vec<(u32, f32)>>,
     /// What comes by reflection, under the spectrum of the sky and under that of the sun (once, where they are the same):
@@ -87,7 +90,11 @@ impl Coefficients {
         factors.clear();
         factors.resize(self.optics.columns() - self.optics.lamps, 0.0);
         let sample = seed(&[grid as u64, sensor as u64]);
-        direct.rays += sun_factor(&self.world, (p.eye, p.normal), direction, sample, direct, factors);
+        let (world, at) = (&self.world, (p.eye, p.normal));
+        match &self.grids[grid].openings[sensor] {
+            Some(openings) => sun_through(world, at, openings, direction, direct, factors),
+            None => direct.rays += sun_factor(world, at, direction, sample, direct, factors),
+        }
         let tinted = factors.get(DAYLIGHT_GROUPS + SUN * self.optics.pad..).unwrap_or_default();
         let tinted: f64 = tinted.iter().zip(&self.sun_weights).map(|(f, w)| f * w).sum();
         let factor = factors[SUN] + tinted;
@@ -239,11 +246,11 @@ impl Task<'_> {
             .enumerate()
             .map(|(g, states)| {
                 let probes: Vec<Probe> = states.iter().map(|s| s.probe).collect();
-                let seen = self.seen(&probes, &seen_patches, &weights[0]);
+                let (seen, openings) = self.seen(&probes, &seen_patches, &weights[0]).into_iter().unzip();
                 self.progress.stage(&format!("grid {}: rays", self.scene.grids[g].name), states.len() as u64);
                 let reads: Vec<[Reads; REPLICAS]> = self.reads(adapted, g, &patches, &weights);
                 self.progress.stage(&format!("grid {}: patches of the sky", self.scene.grids[g].name), 0);
-                GridCoefficients { probes, seen, reflected: self.reflected(&sides, &reads, &patches, &weights) }
+                GridCoefficients { probes, openings, seen, reflected: self.reflected(&sides, &reads, &patches, &weights) }
             })
             .collect();
         Ok(Coefficients {
@@ -356,7 +363,7 @@ impl Task<'_> {
                 }
                 counts[r] += 1;
                 let sample = seed(&[stream, u64::from(first), u64::from(k)]);
-                self.look((x, normal), sample, look, scratch, |p, weight| sums.add(p, weight));
+                self.look((x, normal), sample, (look, None), scratch, |p, weight| sums.add(p, weight));
             }
             sums.take(1.0)
         });
@@ -386,7 +393,7 @@ impl Task<'_> {
         &self,
         at: (DVec3, DVec3),
         sample: u64,
-        look: Look<'_>,
+        (look, openings): (Look<'_>, Option<&mut Openings>),
         scratch: &mut DirectScratch,
         mut visit: impl FnMut(usize, f64),
     ) {
@@ -396,18 +403,20 @@ impl Task<'_> {
             let column = opening(look.blinds, seen.panes) * all + look.patches.of(seen.direction);
             visit(column, seen.weight * look.left(seen.tint));
         };
-        scratch.rays += visible_directions(self.world, at, sample, width, scratch, each);
+        scratch.rays += visible_directions(self.world, at, sample, (width, openings), scratch, each);
     }
 
-    fn seen(&self, probes: &[Probe], patches: &Patches, weights: &[f64]) -> Vec<Vec<(u32, f32)>> {
+    /// What sensors see of sky and ground by patch, and where they see the sky.
+    fn seen(&self, probes: &[Probe], patches: &Patches, weights: &[f64]) -> Vec<(Vec<(u32, f32)>, Option<Openings>)> {
         let blinds = self.blinds();
         let look = Look { patches, blinds: &blinds, weights };
         let of = |(sums, scratch): &mut (Sums, DirectScratch), (i, p): (usize, &Probe)| {
+            let mut openings = Openings::default();
             if p.status == Status::Ok {
                 let sample = seed(&[self.options.seed, i as u64]);
-                self.look((p.eye, p.normal), sample, look, scratch, |p, w| sums.add(p, w));
+                self.look((p.eye, p.normal), sample, (look, Some(&mut openings)), scratch, |p, w| sums.add(p, w));
             }
-            sums.take(1.0)
+            (sums.take(1.0), openings.whole())
         };
         probes
             .par_iter()
@@ -484,7 +493,7 @@ impl Task<'_> {
                 match what {
                     Found::Vertex { position, normal } => {
                         let sample = seed(&[stream, k as u64]);
-                        self.look((*position, *normal), sample, look, scratch, |p, w| sums.add(p, w * left));
+                        self.look((*position, *normal), sample, (look, None), scratch, |p, w| sums.add(p, w * left));
                     }
                     Found::Mirrored { direction } => sums.add(patches.of(*direction), PI * left),
                 }

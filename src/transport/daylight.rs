@@ -10,6 +10,7 @@ use glam::DVec3;
 use super::caster::{MISS, Ray};
 use super::chain::Tint;
 use super::glass::Glazing;
+use super::openings::Openings;
 use super::optics::Optics;
 use super::points::{Points, seed};
 use super::specular::Speculars;
@@ -133,6 +134,9 @@ struct Directions<'a> {
     width: f64,
     count: u64,
     visit: &'a mut dyn FnMut(Seen<'_>),
+    /// Where pieces of the sky are kept.
+    openings: Option<&'a mut Openings>,
+    planes: Vec<DVec3>,
 }
 
 /// A direction in which a point sees sky or ground.
@@ -151,9 +155,12 @@ pub struct Seen<'a> {
 }
 
 impl Receiver for Directions<'_> {
-    fn piece(&mut self, eye: &Eye<'_>, piece: &Piece, _: usize, tint: &mut Tint) {
+    fn piece(&mut self, eye: &Eye<'_>, piece: &Piece, group: usize, tint: &mut Tint) {
         if eye.is_shut(piece) || configuration_factor(&piece.polygon, eye.normal) < DARK {
             return;
+        }
+        if let Some(openings) = self.openings.as_mut().filter(|_| group == SKY) {
+            openings.keep(piece, &mut self.planes);
         }
         let panes = piece.panes();
         eye.points(&piece.polygon, self.width, &mut |[a, b, c], weight| {
@@ -165,7 +172,10 @@ impl Receiver for Directions<'_> {
         });
     }
 
-    fn ray(&mut self, eye: &Eye<'_>, direction: DVec3, (tint, panes): (&Tint, &[u32]), weight: f64, _: usize) {
+    fn ray(&mut self, eye: &Eye<'_>, direction: DVec3, (tint, panes): (&Tint, &[u32]), weight: f64, group: usize) {
+        if let Some(openings) = self.openings.as_mut().filter(|_| group == SKY) {
+            openings.give_up();
+        }
         let solid_angle = if weight > 0.0 { weight / eye.normal.dot(direction) } else { 0.0 };
         (self.visit)(Seen { direction, weight, solid_angle, tint, panes });
     }
@@ -218,18 +228,18 @@ pub(super) fn with_eye<R>(
     found
 }
 
-/// Tells `visit` the directions in which a point sees sky and ground, finer than `width` radians. Returns rays that chance
-/// chose.
+/// Tells `visit` the directions in which a point sees sky and ground, finer than `width` radians, and keeps the `openings`
+/// to the sky where these are wanted. Returns rays that chance chose.
 pub fn visible_directions(
     world: &World,
     (x, normal): (DVec3, DVec3),
     sample: u64,
-    width: f64,
+    (width, openings): (f64, Option<&mut Openings>),
     scratch: &mut super::DirectScratch,
     visit: &mut dyn FnMut(Seen<'_>),
 ) -> u64 {
     with_eye(world, (x, normal), sample, &mut scratch.sky, |eye, s| {
-        eye.look((true, true), s, &mut Directions { width, count: 0, visit })
+        eye.look((true, true), s, &mut Directions { width, count: 0, visit, openings, planes: Vec::new() })
     })
 }
 
@@ -340,7 +350,7 @@ impl Eye<'_> {
     }
 
     /// Light through the panes of a piece.
-    fn enter(&self, panes: &[u32], direction: DVec3, (group, value): (usize, f64), tint: &mut Tint, out: &mut [f64]) {
+    pub(super) fn enter(&self, panes: &[u32], direction: DVec3, (group, value): (usize, f64), tint: &mut Tint, out: &mut [f64]) {
         tint.reset();
         self.at_panes(panes, direction, |pane, cosine| tint.pass(pane, cosine, 1.0));
         deposit(out, group, value, tint);

@@ -232,7 +232,7 @@ fn arriving(
     let (Some(light), Some(scatterer)) = (world.daylight(), world.scatterer(surface)) else { return };
     let own = &world.surfaces.list[surface as usize];
     let normal = own.side_normal(front);
-    visible_directions(world, (place(0), normal), sample, width, scratch, &mut |seen| {
+    visible_directions(world, (place(0), normal), sample, (width, None), scratch, &mut |seen| {
         let patch = scatterer.incoming_patch(own, front, -seen.direction);
         let (group, luminance) = if seen.direction.z < 0.0 {
             (GROUND, if light.ground_reflectance > 0.0 { std::f64::consts::FRAC_1_PI } else { 0.0 })
