@@ -9,7 +9,10 @@ use clerestory::light::Daylight;
 use clerestory::measure::{Measurement, Method, SensorResult, SolveOptions};
 use clerestory::scene::{Amount, Daytime, Material, MaterialKind, Placed, SkyName};
 use clerestory::spectrum::{BandMode, SpectralValue, Spectrum};
-use clerestory::transport::GlazingUnit;
+use clerestory::transport::{
+    DAYLIGHT_GROUPS, DirectScratch, GlazingUnit, Openings, SUN as SUN_GROUP, World, sun_factor, sun_through,
+    visible_directions,
+};
 use common::{Build, Cover, assert_balanced, at, diffuse, glass, glazed, mirror, only, rgb, solve, within};
 use glam::DVec3;
 
@@ -312,6 +315,40 @@ fn a_low_sun_lights_the_ground_by_its_sine_and_sets_bit_by_bit() {
         }
         assert!((wall.sun_lx / 1e5 - share).abs() < 0.01, "{altitude}: a wall gets {}", wall.sun_lx);
     }
+}
+
+#[test]
+fn kept_openings_cut_the_sun_as_the_scene_does() {
+    // A hole three quarters of which are glazed, with a bar below: the sun's way leads across every border.
+    let mut b = roof_light(0.5, None);
+    let (pane, bar) = (b.material(glass(0.8)), b.material(diffuse("bar", 0.5)));
+    b.rectangle(at(1.5, 1.5, 3.0), 0.75 * DVec3::X, DVec3::Y, pane);
+    b.rectangle(at(1.9, 1.0, 2.5), 0.1 * DVec3::X, 2.0 * DVec3::Y, bar);
+    b.0.daytime = Some(sun_at(60.0, 180.0));
+    let world = World::new(&b.0);
+    let frame = &world.surfaces.frame;
+    let mut scratch = DirectScratch::default();
+    let (mut partly, mut lit) = (0, 0);
+    for (k, normal) in [DVec3::Z, DVec3::new(0.3, -0.2, 0.9).normalize()].into_iter().enumerate() {
+        let x = frame.to_local(at(2.0 + 0.1 * k as f64, 1.9, 0.9));
+        let mut openings = Openings::default();
+        let _ = visible_directions(&world, (x, normal), 7, (0.1, Some(&mut openings)), &mut scratch, &mut |_| {});
+        let openings = openings.whole().expect("few blockers");
+        for step in 0..4000 {
+            let (along, across) = (f64::from(step % 400) / 400.0 - 0.5, f64::from(step / 400) / 14.0 - 0.32);
+            let sun = DVec3::new(along, across, 1.0).normalize();
+            let mut found = [[0.0; DAYLIGHT_GROUPS]; 2];
+            let _ = sun_factor(&world, (x, normal), sun, 3, &mut scratch, &mut found[0]);
+            let panes = scratch.panes().len();
+            sun_through(&world, (x, normal), &openings, sun, &mut scratch, &mut found[1]);
+            let [looked, kept] = found.map(|f| f[SUN_GROUP]);
+            assert!((looked - kept).abs() < 1e-9, "{sun}: {looked} by a look, {kept} by what was kept");
+            assert_eq!(panes > 0, !scratch.panes().is_empty(), "{sun}");
+            lit += usize::from(kept > 0.0);
+            partly += usize::from(kept > 0.0 && kept < 0.5 * normal.dot(sun));
+        }
+    }
+    assert!(lit > 500 && partly > 10, "{lit} lit, {partly} partly");
 }
 
 #[test]

@@ -250,7 +250,12 @@ impl Task<'_> {
                 self.progress.stage(&format!("grid {}: rays", self.scene.grids[g].name), states.len() as u64);
                 let reads: Vec<[Reads; REPLICAS]> = self.reads(adapted, g, &patches, &weights);
                 self.progress.stage(&format!("grid {}: patches of the sky", self.scene.grids[g].name), 0);
-                GridCoefficients { probes, openings, seen, reflected: self.reflected(&sides, &reads, &patches, &weights) }
+                GridCoefficients {
+                    probes,
+                    openings,
+                    seen,
+                    reflected: self.reflected(&sides, &reads, &patches, &weights),
+                }
             })
             .collect();
         Ok(Coefficients {

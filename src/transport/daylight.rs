@@ -350,7 +350,14 @@ impl Eye<'_> {
     }
 
     /// Light through the panes of a piece.
-    pub(super) fn enter(&self, panes: &[u32], direction: DVec3, (group, value): (usize, f64), tint: &mut Tint, out: &mut [f64]) {
+    pub(super) fn enter(
+        &self,
+        panes: &[u32],
+        direction: DVec3,
+        (group, value): (usize, f64),
+        tint: &mut Tint,
+        out: &mut [f64],
+    ) {
         tint.reset();
         self.at_panes(panes, direction, |pane, cosine| tint.pass(pane, cosine, 1.0));
         deposit(out, group, value, tint);

@@ -151,7 +151,8 @@ pub(super) fn cone_planes(polygon: &[DVec3], planes: &mut Vec<DVec3>) {
     for (a, b) in polygon.iter().zip(polygon.iter().skip(1)).chain(closing) {
         let n = a.cross(*b);
         let length = n.length();
-        if length > 1e-18 {
+        // Two corners nearer than rounding have no plane.
+        if length > 1e-13 * (a.length_squared() + b.length_squared()) {
             planes.push(n / if n.dot(middle) < 0.0 { -length } else { length });
         }
     }
