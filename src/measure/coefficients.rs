@@ -52,6 +52,9 @@ pub struct Coefficients {
     sun_weights: Vec<f64>,
 }
 
+/// Column (opening · patches + patch) and coefficient, where it is not zero.
+type SeenPatches = Vec<(u32, f32)>;
+
 /// The coefficients of a grid.
 #[derive(Debug)]
 pub struct GridCoefficients {
@@ -59,8 +62,8 @@ pub struct GridCoefficients {
     probes: Vec<Probe>,
     /// Where each sensor sees the sky; `None` where rays had to tell.
     openings: Vec<Option<Openings>>,
-    /// What each sensor sees of the sky and the ground: column (opening · patches + patch) and coefficient.
-    pub seen: Vec<Vec<(u32, f32)>>,
+    /// What each sensor sees of the sky and the ground.
+    pub seen: Vec<SeenPatches>,
     /// What comes by reflection, under the spectrum of the sky and under that of the sun (once, where they are the same):
     /// by estimate, `[sensor][column]`.
     pub reflected: Vec<[Vec<f32>; ESTIMATES]>,
@@ -412,7 +415,7 @@ impl Task<'_> {
     }
 
     /// What sensors see of sky and ground by patch, and where they see the sky.
-    fn seen(&self, probes: &[Probe], patches: &Patches, weights: &[f64]) -> Vec<(Vec<(u32, f32)>, Option<Openings>)> {
+    fn seen(&self, probes: &[Probe], patches: &Patches, weights: &[f64]) -> Vec<(SeenPatches, Option<Openings>)> {
         let blinds = self.blinds();
         let look = Look { patches, blinds: &blinds, weights };
         let of = |(sums, scratch): &mut (Sums, DirectScratch), (i, p): (usize, &Probe)| {
