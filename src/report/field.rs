@@ -102,22 +102,27 @@ impl Field {
         self.cells[row.nearest * self.nu + column.nearest]
     }
 
-    /// Value at a place in a lit cell: bilinear between the middles of the cells around it.
-    pub(super) fn interpolated(&self, column: &Between, row: &Between) -> Option<f64> {
-        self.cell(column, row).value()?;
-        let (s, t) = (column.share, row.share);
-        let corner = row.rimmed * (self.nu + 2) + column.rimmed;
-        let at = |k: usize| self.continued.get(corner + k).copied().flatten();
+    /// Values along a row of pixels: bilinear between the middles of the cells around each; NaN where no cell is lit.
+    pub(super) fn interpolated<'a>(
+        &'a self,
+        columns: &'a [Between],
+        row: &'a Between,
+    ) -> impl Iterator<Item = f64> + 'a {
         let above = self.nu + 2;
-        let corners = [
-            (at(0), (1.0 - s) * (1.0 - t)),
-            (at(1), s * (1.0 - t)),
-            (at(above), (1.0 - s) * t),
-            (at(above + 1), s * t),
-        ];
-        let known = corners.iter().filter_map(|(v, w)| v.map(|v| (v, w)));
-        let (sum, weight) = known.fold((0.0, 0.0), |(s, n), (v, w)| (s + w * v, n + w));
-        (weight > 0.0).then(|| sum / weight)
+        let line = &self.continued[row.rimmed * above..][..2 * above];
+        // By column of cells: what both its ends add to sum and weight.
+        let ends: Vec<(f64, f64)> = (0..above)
+            .map(|k| {
+                let part = |v: Option<f64>, w: f64| v.map_or((0.0, 0.0), |v| (w * v, w));
+                let (low, high) = (part(line[k], 1.0 - row.share), part(line[k + above], row.share));
+                (low.0 + high.0, low.1 + high.1)
+            })
+            .collect();
+        columns.iter().map(move |column| {
+            let (s, [a, b]) = (column.share, [ends[column.rimmed], ends[column.rimmed + 1]]);
+            let (sum, weight) = ((1.0 - s) * a.0 + s * b.0, (1.0 - s) * a.1 + s * b.1);
+            if weight > 0.0 && self.cell(column, row).value().is_some() { sum / weight } else { f64::NAN }
+        })
     }
 }
 

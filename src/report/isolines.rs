@@ -14,6 +14,8 @@ pub(super) struct Pixels {
     height: usize,
     /// NaN where nothing is lit.
     value: Vec<f64>,
+    /// Levels that are not above the value.
+    band: Vec<u8>,
 }
 
 /// Value and slope per pixel.
@@ -40,13 +42,15 @@ impl Slope {
 }
 
 impl Pixels {
-    pub(super) fn new(field: &Field, width: usize, height: usize) -> Self {
+    /// A field, with its bands between `levels`, which rise.
+    pub(super) fn new(field: &Field, (width, height): (usize, usize), levels: &[f64]) -> Self {
         let mut value = Vec::with_capacity(width * height);
         let columns = field.columns(width);
         for row in field.rows(height) {
-            value.extend(columns.iter().map(|column| field.interpolated(column, &row).unwrap_or(f64::NAN)));
+            value.extend(field.interpolated(&columns, &row));
         }
-        Self { width, height, value }
+        let band = value.iter().map(|v| levels.iter().map(|l| u8::from(l <= v)).sum()).collect();
+        Self { width, height, value, band }
     }
 
     pub(super) fn at(&self, x: usize, y: usize) -> Option<f64> {
@@ -54,19 +58,25 @@ impl Pixels {
         (!v.is_nan()).then_some(v)
     }
 
-    /// By central differences; nothing at the rim, where the field is level and where no level lies near.
-    fn slope(&self, x: usize, y: usize, levels: &[f64]) -> Option<Slope> {
-        if x == 0 || y == 0 || x + 1 >= self.width || y + 1 >= self.height {
-            return None;
-        }
+    /// Places where a level lies between a pixel and its four neighbours; none at the rim, where the field is level.
+    fn crossed(&self) -> impl Iterator<Item = (usize, usize)> {
+        let Self { width, height, band, .. } = self;
+        (1..height.saturating_sub(1)).flat_map(move |y| {
+            (1..width.saturating_sub(1)).map(move |x| (x, y)).filter(move |(x, y)| {
+                let k = y * width + x;
+                let own = band[k];
+                band[k - 1] != own || band[k + 1] != own || band[k - width] != own || band[k + width] != own
+            })
+        })
+    }
+
+    /// By central differences, within the rim; nothing beside what is not lit.
+    fn slope(&self, x: usize, y: usize) -> Option<Slope> {
         let value = self.at(x, y)?;
         let (left, right) = (self.at(x - 1, y)?, self.at(x + 1, y)?);
         let (above, below) = (self.at(x, y - 1)?, self.at(x, y + 1)?);
         let around = [left, right, above, below];
         let range = (around.into_iter().fold(value, f64::min), around.into_iter().fold(value, f64::max));
-        if !levels.iter().any(|l| (range.0..=range.1).contains(l)) {
-            return None;
-        }
         let slope = Slope { value, x: 0.5 * (right - left), y: 0.5 * (below - above), range };
         (slope.steepness() > 1e-9 * slope.value.abs()).then_some(slope)
     }
@@ -82,8 +92,8 @@ const CROWDED: f64 = 12.0;
 
 pub(super) fn draw_isolines(canvas: &mut Canvas, plot: Rect, map: &Pixels, scale: &Scale) {
     let mut on_line: Vec<Vec<Candidate>> = vec![Vec::new(); scale.ticks.len()];
-    for (x, y) in (0..map.height).flat_map(|y| (0..map.width).map(move |x| (x, y))) {
-        let Some(slope) = map.slope(x, y, &scale.ticks) else {
+    for (x, y) in map.crossed() {
+        let Some(slope) = map.slope(x, y) else {
             continue;
         };
         for (k, level) in scale.ticks.iter().enumerate() {

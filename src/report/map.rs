@@ -39,7 +39,7 @@ pub(super) struct Words<'a> {
 /// A false-colour map with isolines.
 pub(super) fn draw(field: &Field, scale: &Scale, words: &Words<'_>, axes: Axes) -> Result<Vec<u8>> {
     let (width, height) = field.plot_size();
-    let map = Pixels::new(field, width, height);
+    let map = Pixels::new(field, (width, height), &scale.ticks);
     let mut figure = Figure::new(&Contents {
         title: words.title,
         subtitle: words.subtitle,
