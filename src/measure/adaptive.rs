@@ -22,8 +22,8 @@ use crate::transport::{DirectScratch, Optics, PANEL_SETS, RowSettings, Rows, Wor
 
 /// Rays of an element, over all replicas: refined by size, never by more rays.
 pub(super) const ROW_RAYS: usize = 32;
-/// Tolerance from which half the places on an element tell its direct light well enough.
-const ROUGH: f64 = 0.1;
+/// Tolerance from which a quarter of the places on an element tell its direct light well enough; half of them do below.
+const ROUGH: f64 = 0.05;
 /// Rounds after which what does not hold is told instead.
 const MAX_ROUNDS: usize = 10;
 /// Elements of a mesh, at most; and beyond this number none is refined: what does not hold then is told.
@@ -229,7 +229,7 @@ impl Task<'_> {
             let settings = RowSettings {
                 replicas: REPLICAS,
                 rays: ROW_RAYS / REPLICAS,
-                lit_every: if self.options.tolerance < ROUGH { 1 } else { 2 },
+                lit_every: if self.options.tolerance < ROUGH { 2 } else { 4 },
                 seed: seed(&[self.options.seed, purpose]),
                 max_elements: MAX_ELEMENTS.min(most),
             };

@@ -16,9 +16,11 @@ use crate::light::{Luminaire, above_plane, configuration_factor};
 /// Share of an element's light below which an emitter is looked at from fewer places, and below which it takes part in a
 /// draw. The noise of the rows is several times what they leave.
 const SMALL: f64 = 1.0;
-const MINOR: f64 = 0.02;
+const MINOR: f64 = 0.2;
+/// Share of the light of all from which a cluster of lamps is no longer drawn as one.
+const OPENED: f64 = 0.02;
 /// Share of the light that one draw of a set of places stands for, at most.
-const DRAWN: f64 = 0.125;
+const DRAWN: f64 = 0.25;
 /// From so many sources on, a vertex looks at those that could give more than this share of the light of all, and draws one
 /// of the others.
 const MANY_SOURCES: usize = 6;
@@ -146,7 +148,7 @@ impl DirectScratch {
             super::lamps::strength_of(strength, e.group) * factor
         };
         world.lamps().survey((middle, reach), normal, strength, &mut side, looks);
-        world.lamps().open_stronger(MINOR, &mut side, looks);
+        world.lamps().open_stronger(OPENED, &mut side, looks);
         let hung = world.emitters.list.len()..sources(world);
         looks.extend(hung.map(|k| {
             let at = polygon.iter().chain([&middle]);
