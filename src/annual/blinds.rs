@@ -52,6 +52,11 @@ impl Blinds {
         self.closed[1..].iter().map(|c| c.iter().filter(|c| **c).count()).collect()
     }
 
+    /// Share of the light of an opening that its blinds let by.
+    pub(super) fn share(&self, opening: usize, hour: usize) -> f64 {
+        self.shares[opening].as_ref().map_or(1.0, |shares| f64::from(shares[hour]))
+    }
+
     /// Adds the light of an opening as its blinds let it by.
     pub(super) fn add(&self, opening: usize, light: &[f32], to: &mut [f32]) {
         match &self.shares[opening] {
@@ -66,7 +71,7 @@ fn sunny(opening: usize, hours: usize, suns: &[Vec<OwnSun>], lit: &[usize]) -> V
     let mut closed = vec![false; hours];
     for (sensors, lit) in suns.iter().zip(lit) {
         let mut counts = vec![0usize; hours];
-        for (t, through, lux) in sensors.iter().flatten() {
+        for (t, through, lux) in sensors.iter().flat_map(|s| &s.straight) {
             counts[*t as usize] += usize::from(*through as usize == opening && *lux >= SUNLIT_LX);
         }
         for (closed, count) in closed.iter_mut().zip(&counts) {

@@ -385,7 +385,7 @@ pub(super) fn overcast(coefficients: &Coefficients, g: usize, ground_reflectance
         let p = column % patches.all();
         if p == patches.sky() { ground_reflectance / PI } else { sky.luminance(patches.middle(p)) }
     };
-    let width = coefficients.openings * coarse.all();
+    let width = coefficients.sheets * coarse.all();
     let of_columns: Vec<f64> = (0..width).map(|c| luminance(coarse, c)).collect();
     (0..grid.seen.len())
         .map(|i| {
@@ -395,12 +395,11 @@ pub(super) fn overcast(coefficients: &Coefficients, g: usize, ground_reflectance
                 wanted.map(|(c, v)| v * luminance(fine, c)).sum()
             };
             let sky_component = part(false);
-            let estimates = grid.reflected[0][..ESTIMATES / 2].iter();
-            let row = |e: &Vec<f32>| -> f64 {
-                let values = &e[i * width..(i + 1) * width];
+            let row = |estimate: usize| -> f64 {
+                let values = grid.of_sky(estimate, i, width);
                 values.iter().zip(&of_columns).map(|(v, l)| f64::from(*v) * l).sum()
             };
-            let reflected = estimates.map(row).sum::<f64>() / (ESTIMATES / 2) as f64;
+            let reflected = (0..ESTIMATES / 2).map(row).sum::<f64>() / (ESTIMATES / 2) as f64;
             Overcast { daylight_factor: sky_component + part(true) + reflected, sky_component }
         })
         .collect()

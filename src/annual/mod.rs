@@ -15,6 +15,7 @@ use std::time::Instant;
 
 use blinds::Blinds;
 pub use climate::{CALENDAR_YEAR, Climate, Hour};
+use glam::DVec3;
 pub use metrics::{Equinox, Figure, GridMetrics, Level, Metrics, Overcast, PointMetrics};
 pub use series::Series;
 use series::{Light, Luminances, Rough};
@@ -25,7 +26,7 @@ use crate::error::{Error, Result};
 use crate::light::sky::Patches;
 use crate::light::sun::Place;
 use crate::light::weather::{Weather, check_zone};
-use crate::measure::{self, Coefficients, LeftOut, Progress, Record, Setting, SolveOptions, Status};
+use crate::measure::{self, Coefficients, ESTIMATES, LeftOut, Progress, Record, Setting, SolveOptions, Status};
 use crate::scene::{BlindControl, Daytime, GridLayout, Scene, Sensor};
 
 /// What a person asks of a year.
@@ -101,7 +102,10 @@ pub fn annual(scene: &Scene, options: &AnnualOptions, progress: &dyn Progress) -
     }
     let weather_s = start.elapsed().as_secs_f64();
     let parts = options.parts.unwrap_or_else(|| parts_for(options.solve.tolerance));
-    let (coefficients, mut record) = measure::coefficients(scene, &options.solve, parts, progress)?;
+    let of_equinox = climate.equinox.iter().flatten();
+    let suns: Vec<DVec3> =
+        climate.hours.iter().chain(of_equinox).filter(|h| h.direct_lx > 0.0).map(|h| h.sun).collect();
+    let (coefficients, mut record) = measure::coefficients(scene, &options.solve, (parts, &suns), progress)?;
     record.timings_s.insert(0, ("weather".into(), weather_s));
     record.warnings.append(&mut warnings);
     let start = Instant::now();
@@ -141,18 +145,20 @@ fn series_of(
     let light = Light {
         coefficients,
         hours: &climate.hours,
+        ground_reflectance: day.ground_reflectance,
         seen: &seen,
         reflected,
         rough: Rough { homes: &homes, luminances: &reflected.joined(coarse, &rough) },
         iteration: 0.01 * tolerance,
     };
     let suns: Vec<_> = (0..grids.len()).map(|g| light.own_suns(g)).collect();
+    let on_panels = light.suns_on_panels();
     let ok = |g: usize| (0..scene.grids[g].sensors.len()).filter(move |i| grids[g].status(*i) == Status::Ok);
     let lit: Vec<usize> = (0..grids.len()).map(|g| ok(g).count()).collect();
     let blinds = Blinds::new(&scene.blinds, &climate.hours, &suns, &lit);
     let equinox = equinox(coefficients, climate, day.ground_reflectance, tolerance);
     let grid = |(g, grid): (usize, &crate::scene::Grid)| {
-        let series = light.series(g, &suns[g], &blinds);
+        let series = light.series(g, (&suns[g], &on_panels), &blinds);
         let status: Vec<Status> = (0..grid.sensors.len()).map(|i| grids[g].status(i)).collect();
         let overcast = metrics::overcast(coefficients, g, day.ground_reflectance);
         let sunlight = paths.hours(coefficients, g, &status);
@@ -175,9 +181,18 @@ fn equinox(coefficients: &Coefficients, climate: &Climate, ground_reflectance: f
     let joined = seen.joined(fine, coarse);
     let tregenza = Patches::new(1);
     let rough = Rough { homes: &coarse.homes(&tregenza), luminances: &joined.joined(coarse, &tregenza) };
-    let light = Light { coefficients, hours, seen: &seen, reflected: &joined, rough, iteration: 0.01 * tolerance };
+    let light = Light {
+        coefficients,
+        hours,
+        ground_reflectance,
+        seen: &seen,
+        reflected: &joined,
+        rough,
+        iteration: 0.01 * tolerance,
+    };
     let blinds = Blinds::open(coefficients.openings);
-    (0..coefficients.grids.len()).map(|g| light.series(g, &light.own_suns(g), &blinds)).collect()
+    let on_panels = light.suns_on_panels();
+    (0..coefficients.grids.len()).map(|g| light.series(g, (&light.own_suns(g), &on_panels), &blinds)).collect()
 }
 
 /// Schedules must have the hours of the weather.
@@ -197,9 +212,12 @@ fn check_hours(scene: &Scene, climate: &Climate) -> Result<()> {
 fn wanted(coefficients: &Coefficients) -> Vec<bool> {
     let (fine, coarse) = (&coefficients.seen_patches, &coefficients.patches);
     let mut reflected = vec![false; coarse.all()];
-    for values in coefficients.grids.iter().flat_map(|g| g.reflected.iter().flatten()) {
-        for row in values.chunks_exact(coarse.all()) {
-            reflected.iter_mut().zip(row).for_each(|(wanted, v)| *wanted |= *v != 0.0);
+    let width = coefficients.sheets * coarse.all();
+    for grid in &coefficients.grids {
+        for (estimate, sensor) in (0..ESTIMATES).flat_map(|k| (0..grid.seen.len()).map(move |i| (k, i))) {
+            for row in grid.of_sky(estimate, sensor, width).chunks_exact(coarse.all()) {
+                reflected.iter_mut().zip(row).for_each(|(wanted, v)| *wanted |= *v != 0.0);
+            }
         }
     }
     let mut wanted: Vec<bool> = (0..fine.sky()).map(|p| reflected[coarse.of(fine.middle(p))]).chain([true]).collect();

@@ -6,6 +6,7 @@ use super::blinds::Blinds;
 use super::climate::Hour;
 use crate::light::sky::Patches;
 use crate::measure::{Coefficients, ESTIMATES, GridCoefficients, Status, SunScratch, student};
+use crate::transport::PanelSun;
 use crate::vector::wide;
 
 /// Independent estimates of one mesh.
@@ -16,7 +17,11 @@ const POOLED: f64 = 3.0;
 /// Median of a squared standard normal: turns a median of squares into a mean square.
 const MEDIAN_SQUARE: f64 = 0.455;
 /// Share of the difference between the light of the sun's own patch and that between patches that is stated as an error.
-const BETWEEN: f64 = 0.5;
+const BETWEEN: f32 = 0.5;
+/// Share of the difference between the sun on the zones of windows with a BSDF and the same evenly over each window that is
+/// stated as an error: with eight zones a zone is less than half as wide as its window, and what its shadows leave falls with
+/// the square of that.
+const ZONES: f32 = 0.25;
 /// Illuminances of a grid over the hours with sun, `[sensor][hour]`, lx; sensors that see nothing hold zeros.
 #[derive(Clone, Debug)]
 pub struct Series {
@@ -24,7 +29,7 @@ pub struct Series {
     pub lux: Vec<f32>,
     /// Half-width at 95 %.
     pub error: Vec<f32>,
-    /// The sun's own light, without reflection, all blinds open.
+    /// The sun's own light, without reflection, all blinds open; what windows with a BSDF scatter is no part of it.
     pub sun: Vec<f32>,
     /// Number of hours.
     pub hours: usize,
@@ -142,24 +147,39 @@ wide! {
 struct SunAt {
     between: [(usize, f32); 4],
     own: (usize, f32),
+    /// Luminance that it gives to the ground.
+    ground: f32,
 }
 
-fn sun_at(patches: &Patches, hour: &Hour) -> SunAt {
+fn sun_at(patches: &Patches, hour: &Hour, ground_reflectance: f64) -> SunAt {
     let luminance = |p: usize, share: f64| (share * hour.direct_lx / patches.solid_angle(p)) as f32;
     let own = patches.of(hour.sun);
     SunAt {
         between: patches.between(hour.sun).map(|(p, share)| (p, luminance(p, share))),
         own: (own, luminance(own, 1.0)),
+        ground: (ground_reflectance * hour.direct_lx * hour.sun.z / std::f64::consts::PI) as f32,
     }
 }
 
-/// The sun's own light on one sensor: hour, opening, illuminance.
-pub(super) type OwnSun = Vec<(u32, u8, f32)>;
+/// The sun's own light on one sensor: hour, opening, illuminance; and the same by mirrors and panes that throw it on.
+#[derive(Clone, Debug, Default)]
+pub(super) struct OwnSun {
+    pub(super) straight: Vec<(u32, u8, f32)>,
+    mirrored: Vec<(u32, u8, f32)>,
+}
+
+/// The sun on windows with a BSDF in one hour.
+pub(super) struct OnPanel {
+    sun: PanelSun,
+    opening: usize,
+    direct_lx: f64,
+}
 
 /// All that is needed for the hours of any grid.
 pub(super) struct Light<'a> {
     pub(super) coefficients: &'a Coefficients,
     pub(super) hours: &'a [Hour],
+    pub(super) ground_reflectance: f64,
     pub(super) seen: &'a Luminances,
     pub(super) reflected: &'a Luminances,
     /// Over Tregenza's patches: finer ones do not tell more of the errors.
@@ -189,7 +209,7 @@ impl Rough<'_> {
 struct Raw {
     lux: Vec<f32>,
     sun: Vec<f32>,
-    /// Variance of the mean over the sets; what the mesh hides, squared; what lies between patches.
+    /// Variance of the mean over the sets; what the mesh hides, squared; what lies between patches and between zones.
     variance: Vec<f32>,
     mesh: Vec<f32>,
     between: Vec<f32>,
@@ -200,17 +220,58 @@ impl Light<'_> {
     pub(super) fn own_suns(&self, g: usize) -> Vec<OwnSun> {
         let count = self.coefficients.grids[g].seen.len();
         let homes: Vec<usize> = self.hours.iter().map(|h| self.coefficients.seen_patches.of(h.sun)).collect();
-        (0..count)
-            .into_par_iter()
-            .with_max_len(4)
-            .map_init(|| self.coefficients.scratch(), |scratch, i| self.own_sun(g, i, &homes, scratch))
-            .collect()
+        let straight = |scratch: &mut SunScratch, i: usize| self.own_sun(g, i, &homes, scratch);
+        let scratch = || self.coefficients.scratch();
+        let straight = (0..count).into_par_iter().with_max_len(4).map_init(scratch, straight);
+        let mut suns: Vec<OwnSun> = straight.map(|straight| OwnSun { straight, mirrored: Vec::new() }).collect();
+        if self.coefficients.has_images() {
+            let mirrored = |scratch: &mut SunScratch, hour: &Hour| self.mirrored_suns(g, hour, scratch);
+            let by_hour: Vec<_> = self.hours.par_iter().with_max_len(16).map_init(scratch, mirrored).collect();
+            for (t, found) in by_hour.into_iter().enumerate() {
+                found.into_iter().for_each(|(i, opening, lux)| suns[i].mirrored.push((t as u32, opening, lux)));
+            }
+        }
+        suns
+    }
+
+    /// The sun's light by mirrors and panes in one hour: sensor, opening, illuminance.
+    fn mirrored_suns(&self, g: usize, hour: &Hour, scratch: &mut SunScratch) -> Vec<(usize, u8, f32)> {
+        let mut list = Vec::new();
+        if hour.direct_lx <= 0.0 {
+            return list;
+        }
+        let images = self.coefficients.images(hour.sun);
+        let grid = &self.coefficients.grids[g];
+        let mut by_opening = vec![0.0; self.coefficients.openings];
+        for i in (0..grid.seen.len()).filter(|i| grid.status(*i) == Status::Ok) {
+            by_opening.fill(0.0);
+            self.coefficients.mirrored_sun(g, i, &images, scratch, &mut by_opening);
+            let lit = by_opening.iter().enumerate().filter(|(_, factor)| **factor > 0.0);
+            list.extend(lit.map(|(opening, factor)| (i, opening as u8, (hour.direct_lx * factor) as f32)));
+        }
+        list
+    }
+
+    /// The sun on windows with a BSDF, by hour.
+    pub(super) fn suns_on_panels(&self) -> Vec<Vec<OnPanel>> {
+        if !self.coefficients.has_panels() {
+            return Vec::new();
+        }
+        let of = |scratch: &mut SunScratch, hour: &Hour| -> Vec<OnPanel> {
+            let direct_lx = hour.direct_lx;
+            if direct_lx <= 0.0 {
+                return Vec::new();
+            }
+            let suns = self.coefficients.suns_on_panels(hour.sun, scratch).into_iter();
+            suns.map(|(sun, opening)| OnPanel { sun, opening, direct_lx }).collect()
+        };
+        self.hours.par_iter().with_max_len(16).map_init(|| self.coefficients.scratch(), of).collect()
     }
 
     /// The sun's own light, where it can come from; `homes` are the patches in which the sun stands.
-    fn own_sun(&self, g: usize, i: usize, homes: &[usize], scratch: &mut SunScratch) -> OwnSun {
+    fn own_sun(&self, g: usize, i: usize, homes: &[usize], scratch: &mut SunScratch) -> Vec<(u32, u8, f32)> {
         let sunny = self.coefficients.sunny_patches(g, i);
-        let mut list = OwnSun::new();
+        let mut list = Vec::new();
         for (t, (hour, home)) in self.hours.iter().zip(homes).enumerate() {
             if hour.direct_lx > 0.0 && sunny[*home] {
                 let (factor, opening) = self.coefficients.sun(g, i, hour.sun, scratch);
@@ -223,12 +284,13 @@ impl Light<'_> {
     }
 
     /// The hours of a grid.
-    pub(super) fn series(&self, g: usize, suns: &[OwnSun], blinds: &Blinds) -> Series {
+    pub(super) fn series(&self, g: usize, (suns, on_panels): (&[OwnSun], &[Vec<OnPanel>]), blinds: &Blinds) -> Series {
         let grid = &self.coefficients.grids[g];
-        let places: Vec<SunAt> = self.hours.iter().map(|h| sun_at(&self.coefficients.patches, h)).collect();
+        let place = |h: &Hour| sun_at(&self.coefficients.patches, h, self.ground_reflectance);
+        let places: Vec<SunAt> = self.hours.iter().map(place).collect();
         let count = grid.seen.len();
-        let raw: Vec<Raw> =
-            (0..count).into_par_iter().with_max_len(4).map(|i| self.raw(grid, i, &suns[i], &places, blinds)).collect();
+        let raw = |i: usize| self.raw((grid, i), (&suns[i], &places, on_panels), blinds);
+        let raw: Vec<Raw> = (0..count).into_par_iter().with_max_len(4).map(raw).collect();
         let n = self.hours.len();
         let lit: Vec<usize> = (0..count).filter(|i| grid.status(*i) == Status::Ok).collect();
         let by_hour: Vec<Vec<f32>> =
@@ -251,15 +313,22 @@ impl Light<'_> {
         series
     }
 
-    fn raw(&self, grid: &GridCoefficients, i: usize, own: &OwnSun, places: &[SunAt], blinds: &Blinds) -> Raw {
+    fn raw(
+        &self,
+        (grid, i): (&GridCoefficients, usize),
+        (own, places, on_panels): (&OwnSun, &[SunAt], &[Vec<OnPanel>]),
+        blinds: &Blinds,
+    ) -> Raw {
         let n = self.hours.len();
         let zeros = || vec![0.0f32; n];
         let mut raw = Raw { lux: zeros(), sun: zeros(), variance: zeros(), mesh: zeros(), between: zeros() };
         if grid.status(i) != Status::Ok {
             return raw;
         }
-        for (t, opening, lux) in own {
+        for (t, _, lux) in &own.straight {
             raw.sun[*t as usize] = *lux;
+        }
+        for (t, opening, lux) in own.straight.iter().chain(&own.mirrored) {
             if !blinds.are_closed(*opening as usize, *t as usize) {
                 raw.lux[*t as usize] += lux;
             }
@@ -267,37 +336,57 @@ impl Light<'_> {
         let mut estimates: [Vec<f32>; ESTIMATES] = std::array::from_fn(|_| zeros());
         let mut between = [zeros(), zeros()];
         let (fine, patches) = (self.coefficients.seen_patches.all(), self.coefficients.patches.all());
-        let width = self.coefficients.openings * patches;
+        let (openings, width) = (self.coefficients.openings, self.coefficients.sheets * patches);
+        let of_sky: [_; ESTIMATES] = std::array::from_fn(|k| grid.of_sky(k, i, width));
+        let of_suns: [_; ESTIMATES] = std::array::from_fn(|k| &grid.of_sun()[k][i * width..(i + 1) * width]);
         let (mut part, mut rough) = (zeros(), vec![0.0f32; self.rough.luminances.patches()]);
         let mut terms = Vec::new();
-        for opening in 0..self.coefficients.openings {
+        for sheet in 0..self.coefficients.sheets {
+            let (opening, columns) = (sheet % openings, sheet * patches..(sheet + 1) * patches);
             let mut light = |luminances: &Luminances, of: &mut dyn Iterator<Item = (usize, f32)>, to: &mut [f32]| {
                 terms.clear();
                 terms.extend(of.filter(|(_, c)| *c != 0.0));
                 to.fill(0.0);
                 luminances.add(&terms, to);
             };
-            let columns = (opening * fine) as u32..((opening + 1) * fine) as u32;
-            let seen = grid.seen[i].iter().filter(|(c, _)| columns.contains(c));
-            light(self.seen, &mut seen.map(|(column, c)| (*column as usize - opening * fine, *c)), &mut part);
-            blinds.add(opening, &part, &mut raw.lux);
-            let row = i * width + opening * patches..i * width + (opening + 1) * patches;
-            let mean_of = |of: &[Vec<f32>; ESTIMATES], p: usize| {
-                of[..SETS].iter().map(|k| k[row.start + p]).sum::<f32>() / SETS as f32
-            };
-            let mut means = (0..patches).map(|p| (p, mean_of(&grid.reflected[0], p)));
+            // What windows with a BSDF send on is seen neither directly nor under the sun's patches.
+            let is_plain = sheet < openings;
+            if is_plain {
+                let own = (sheet * fine) as u32..((sheet + 1) * fine) as u32;
+                let seen = grid.seen[i].iter().filter(|(c, _)| own.contains(c));
+                light(self.seen, &mut seen.map(|(column, c)| (*column as usize - sheet * fine, *c)), &mut part);
+                blinds.add(opening, &part, &mut raw.lux);
+            }
+            let mut means = (columns.clone()).map(|c| (c - columns.start, mean(|k| of_sky[k][c])));
             light(self.reflected, &mut means, &mut part);
             blinds.add(opening, &part, &mut raw.lux);
             for (k, estimate) in estimates.iter_mut().enumerate() {
-                self.rough.joined(&grid.reflected[0][k][row.clone()], &mut rough);
+                self.rough.joined(&of_sky[k][columns.clone()], &mut rough);
                 light(self.rough.luminances, &mut rough.iter().copied().enumerate(), &mut part);
-                let of_sun = &grid.of_sun()[k][row.clone()];
-                for (value, sun) in part.iter_mut().zip(places) {
-                    *value += sun.between.iter().map(|(p, l)| l * of_sun[*p]).sum::<f32>();
+                if is_plain {
+                    let of_sun = &of_suns[k][columns.clone()];
+                    for (value, sun) in part.iter_mut().zip(places) {
+                        *value += sun.between.iter().map(|(p, l)| l * of_sun[*p]).sum::<f32>();
+                    }
                 }
                 blinds.add(opening, &part, estimate);
             }
-            let of_sun: Vec<f32> = (0..patches).map(|p| mean_of(grid.of_sun(), p)).collect();
+            if grid.reflected.len() > 1 {
+                // The sun lights the ground with its own spectrum.
+                let ground = columns.end - 1;
+                let (sun, sky) = (mean(|k| of_suns[k][ground]), mean(|k| of_sky[k][ground]));
+                let seen = |of: &[(u32, f32)]| {
+                    let own = of.iter().filter(|(c, _)| is_plain && *c as usize == (sheet + 1) * fine - 1);
+                    own.map(|(_, c)| *c).sum::<f32>()
+                };
+                let more = sun - sky + seen(&grid.seen_of_sun[i]) - seen(&grid.seen[i]);
+                part.iter_mut().zip(places).for_each(|(value, sun)| *value = more * sun.ground);
+                blinds.add(opening, &part, &mut raw.lux);
+            }
+            if !is_plain {
+                continue;
+            }
+            let of_sun: Vec<f32> = columns.clone().map(|c| mean(|k| of_suns[k][c])).collect();
             for (value, sun) in part.iter_mut().zip(places) {
                 *value = of_sun[sun.own.0] * sun.own.1;
             }
@@ -308,6 +397,7 @@ impl Light<'_> {
             blinds.add(opening, &part, &mut between[1]);
             blinds.add(opening, &part, &mut raw.lux);
         }
+        let zones = self.add_suns_on_panels((grid, i), on_panels, blinds, (&mut raw.lux, &mut estimates));
         for t in 0..n {
             let values: [f64; ESTIMATES] = std::array::from_fn(|k| f64::from(estimates[k][t]));
             let (_, variance) = mean_and_variance(&values[..SETS]);
@@ -315,9 +405,39 @@ impl Light<'_> {
             let (difference, its_variance) = mean_and_variance(&differences);
             raw.variance[t] = variance as f32;
             raw.mesh[t] = (difference * difference - its_variance) as f32;
-            raw.between[t] = (between[0][t] - between[1][t]).abs();
+            raw.between[t] = (BETWEEN * (between[0][t] - between[1][t])).hypot(ZONES * zones[t]);
         }
         raw
+    }
+
+    /// Adds the sun by way of windows with a BSDF to the light and its estimates. Returns what it makes that it does not fall
+    /// evenly on them.
+    fn add_suns_on_panels(
+        &self,
+        (grid, i): (&GridCoefficients, usize),
+        on_panels: &[Vec<OnPanel>],
+        blinds: &Blinds,
+        (lux, estimates): (&mut [f32], &mut [Vec<f32>; ESTIMATES]),
+    ) -> Vec<f32> {
+        let of: [&[f32]; ESTIMATES] = std::array::from_fn(|k| grid.by_panels(k, i));
+        let mut uneven = vec![0.0; self.hours.len()];
+        for (t, panel) in on_panels.iter().enumerate().flat_map(|(t, list)| list.iter().map(move |p| (t, p))) {
+            let light = panel.direct_lx * blinds.share(panel.opening, t);
+            let own = panel.sun.first..panel.sun.first + panel.sun.irradiance.len();
+            let mut even = 0.0;
+            for (k, estimate) in estimates.iter_mut().enumerate() {
+                let zones = of[k][own.clone()].iter().zip(&panel.sun.irradiance);
+                let value = light * zones.map(|(c, e)| f64::from(*c) * e).sum::<f64>();
+                estimate[t] += value as f32;
+                if k < SETS {
+                    lux[t] += (value / SETS as f64) as f32;
+                    let all: f64 = of[k][own.clone()].iter().map(|c| f64::from(*c)).sum();
+                    even += (light * panel.sun.mean * all - value) / SETS as f64;
+                }
+            }
+            uneven[t] += even as f32;
+        }
+        uneven
     }
 
     /// Errors of the sensors that see, in one hour: as [`crate::measure`] states them, with what the grid lends.
@@ -346,12 +466,17 @@ impl Light<'_> {
             .map(|((i, scale), (own, mesh))| {
                 let r = &raw[*i];
                 let noise = ((OWN * own + POOLED * of_grid) / (OWN + POOLED)).max(*own);
-                let between = BETWEEN * f64::from(r.between[t]);
+                let between = f64::from(r.between[t]);
                 let square = (quantile * quantile * noise + mesh.max(typical)) * scale * scale + between * between;
                 (square.sqrt() + self.iteration * f64::from(r.lux[t])) as f32
             })
             .collect()
     }
+}
+
+/// Mean over the estimates of the finer mesh.
+fn mean(of: impl Fn(usize) -> f32) -> f32 {
+    (0..SETS).map(of).sum::<f32>() / SETS as f32
 }
 
 /// Mean of independent estimates, and the variance of that mean.

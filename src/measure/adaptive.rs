@@ -37,7 +37,7 @@ pub(super) mod stream {
     pub(in crate::measure) const SENSOR: u64 = 1;
     pub(super) const ROWS: u64 = 2;
     pub(super) const TWIN: u64 = 3;
-    pub(super) const SHADOW: u64 = 4;
+    pub(in crate::measure) const SHADOW: u64 = 4;
     pub(in crate::measure) const WALK: u64 = 7;
     pub(in crate::measure) const PATCHES: u64 = 8;
 }

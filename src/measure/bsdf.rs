@@ -59,8 +59,8 @@ pub(super) fn settings<'a>(scene: &'a Scene, world: &'a World) -> impl Iterator<
     })
 }
 
-/// What Klems's patches cannot hold, and what is not followed.
-pub(super) fn omissions(scene: &Scene, world: &World) -> Vec<LeftOut> {
+/// What Klems's patches cannot hold, and what is not followed; does the sun shine?
+pub(super) fn omissions(scene: &Scene, world: &World, is_sunny: bool) -> Vec<LeftOut> {
     if !world.has_bsdf() {
         return Vec::new();
     }
@@ -68,7 +68,7 @@ pub(super) fn omissions(scene: &Scene, world: &World) -> Vec<LeftOut> {
         what: "directions finer than the patches of a BSDF (10 to 15 degrees in Klems's full basis)".into(),
         bound: "no light is lost, but none has a sharp edge: a beam of the sun that passes a slit or a clear pane is spread over a whole patch".into(),
     }];
-    if world.daylight().is_some_and(|d| d.sun.is_some()) {
+    if is_sunny {
         list.push(LeftOut {
             what: "sun that reaches a window with a BSDF by a mirror, a pane's reflection or another such window"
                 .into(),

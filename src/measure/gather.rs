@@ -251,10 +251,10 @@ pub(super) struct Gatherer<'a> {
 /// Light of the day that a ray found on its way, told apart by direction: in place of its sum ([`Gatherer::found`]).
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Found {
-    /// A vertex of a path: what it sees of the sky counts.
-    Vertex { position: DVec3, normal: DVec3 },
-    /// Sky or ground seen in a mirror, in this direction.
-    Mirrored { direction: DVec3 },
+    /// A vertex of a path: what it sees of the sky counts; and the side of a window with a BSDF where it lies.
+    Vertex { position: DVec3, normal: DVec3, receiver: Option<(u32, bool)> },
+    /// Sky or ground seen in a mirror, in this direction: by the first ray?
+    Mirrored { direction: DVec3, is_first: bool },
 }
 
 /// What a ray met first, behind mirrors and panes.
@@ -539,7 +539,8 @@ impl<'a> Gatherer<'a> {
             let x = world.lift(s.point(uv), normal);
             let scatterer = world.scatterer(surface);
             if self.found.is_some() {
-                self.keep(Found::Vertex { position: x, normal });
+                let receiver = scatterer.map(|_| (surface, front));
+                self.keep(Found::Vertex { position: x, normal, receiver });
                 vertex = Some((x, normal));
             } else if !glowing {
                 self.factors.fill(0.0);
@@ -595,7 +596,7 @@ impl<'a> Gatherer<'a> {
         }
         self.spoil(plain);
         if self.found.is_some() {
-            self.keep(Found::Mirrored { direction });
+            self.keep(Found::Mirrored { direction, is_first });
             return;
         }
         add_product(&mut self.value, &self.field.optics.exitance[group], &self.throughput, (weight * light) as f32);

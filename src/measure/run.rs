@@ -73,7 +73,7 @@ pub fn solve(scene: &Scene, options: &SolveOptions, progress: &dyn Progress) -> 
     };
     record.settings.extend(glazings(scene, &optics.bands));
     record.settings.extend(bsdf::settings(scene, &world));
-    record.left_out.extend(bsdf::omissions(scene, &world));
+    record.left_out.extend(bsdf::omissions(scene, &world, world.daylight().is_some_and(|d| d.sun.is_some())));
     if let Some(light) = world.daylight() {
         record.settings.extend(light.facts.iter().map(|(name, value)| Setting {
             name: name.clone(),
@@ -110,14 +110,14 @@ pub fn solve(scene: &Scene, options: &SolveOptions, progress: &dyn Progress) -> 
 }
 
 /// Daylight coefficients of a scene to the tolerance asked for under an even sky; reflected light in `parts` of
-/// Tregenza's patches a side.
+/// Tregenza's patches a side; `suns` are the places of the sun that may be asked for.
 ///
 /// # Errors
 /// As [`solve`], and for a scene without a sky.
 pub fn coefficients(
     scene: &Scene,
     options: &SolveOptions,
-    parts: usize,
+    (parts, suns): (usize, &[DVec3]),
     progress: &dyn Progress,
 ) -> Result<(Coefficients, Record)> {
     let Some(day) = &scene.daytime else {
@@ -126,16 +126,13 @@ pub fn coefficients(
     if scene.faces.is_empty() {
         return Err(no_face());
     }
-    if let Some(m) = scene.materials.iter().find(|m| matches!(m.kind, MaterialKind::Bsdf { .. })) {
-        return Err(Error::unsupported(format!("material \"{}\": a year knows no BSDF", m.name))
-            .mend("take glass or translucent for the year, and `solve` for moments with the BSDF"));
-    }
     if scene.grids.iter().any(|g| g.receiver != Receiver::Plane) {
         return Err(Error::unsupported("a year knows no cylindrical illuminance")
             .mend("leave cylindrical and semicylindrical out of the scene of the year"));
     }
     let start = Instant::now();
-    let world = World::with_daylight(scene, Some(Daylight::uniform(day)));
+    let world = World::with_daylight(scene, Some(Daylight::uniform(day))).glaze(options.tolerance, options.seed);
+    bsdf::check(&world)?;
     let (bands, why, _) = plan_bands(scene, world.daylight(), &Luminaires::default(), options)?;
     let optics = Optics::new(scene, &world, bands);
     let mut record = Record {
@@ -154,13 +151,16 @@ pub fn coefficients(
     let mut adapted = task.refine()?;
     record.timings_s.append(&mut adapted.timings);
     describe(&task, &adapted, &mut record);
+    record.settings.extend(bsdf::settings(scene, &world));
+    record.left_out.extend(bsdf::omissions(scene, &world, true));
     if world.has_specular() {
         record.left_out.push(LeftOut {
-            what: "sun mirrored by panes and mirrors onto other surfaces".into(),
-            bound: "at most the sun's illuminance times the reflectance at its angle, where its image falls".into(),
+            what: "sun by two and more reflections at mirrors and panes onto points".into(),
+            bound: "at most the sun's illuminance times the reflectances at its angles, where such an image falls"
+                .into(),
         });
     }
-    let found = task.coefficients(&adapted, parts)?;
+    let found = task.coefficients(&adapted, parts, suns)?;
     record.timings_s.push(("coefficients".into(), start.elapsed().as_secs_f64()));
     Ok((found, record))
 }

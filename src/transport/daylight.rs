@@ -15,6 +15,7 @@ use super::optics::Optics;
 use super::points::{Points, seed};
 use super::specular::Speculars;
 use super::spherical;
+use super::sun_images::SunImages;
 use super::visible::{Piece, Visible, cone_planes};
 use super::world::{Kind, World};
 use crate::light::{above_plane, configuration_factor, sun};
@@ -254,6 +255,19 @@ pub fn sun_factor(
     out: &mut [f64],
 ) -> u64 {
     with_eye(world, (x, normal), sample, &mut scratch.sky, |eye, s| eye.sun_at(direction, s, out))
+}
+
+/// Tells `found` the sun's light by its images in mirrors and panes, wherever the sun of the world stands: irradiance per unit
+/// of the sun's face on, less what the tint tells, and the panes on the way. Returns rays that chance chose.
+pub fn mirrored_sun(
+    world: &World,
+    (x, normal): (DVec3, DVec3),
+    images: &SunImages,
+    sample: u64,
+    scratch: &mut super::DirectScratch,
+    found: impl FnMut(f64, &Tint, &[u32]),
+) -> u64 {
+    with_eye(world, (x, normal), sample, &mut scratch.sky, |eye, s| eye.images(images, s, found))
 }
 
 /// Which of the three lights are wanted.
@@ -524,9 +538,12 @@ impl Eye<'_> {
 
 impl Eye<'_> {
     fn mirrored_sun(&self, s: &mut SkyScratch, out: &mut [f64]) -> u64 {
+        self.images(self.world.sun_images(), s, |cosine, tint, _| deposit(out, SUN, cosine, tint))
+    }
+
+    fn images(&self, images: &SunImages, s: &mut SkyScratch, found: impl FnMut(f64, &Tint, &[u32])) -> u64 {
         let (scene, at) = ((self.world, self.speculars), (self.x, self.normal));
-        let found = |cosine: f64, tint: &Tint| deposit(out, SUN, cosine, tint);
-        self.world.sun_images().light(scene, at, seed(&[self.sample, 98]), &mut s.tint, found)
+        images.light(scene, at, seed(&[self.sample, 98]), (&mut s.tint, &mut s.through), found)
     }
 }
 

@@ -77,6 +77,12 @@ impl DirectScratch {
         self
     }
 
+    /// How windows with a BSDF are looked at, at a vertex of a path one of many of them.
+    pub(super) fn wanted(&self, is_vertex: bool) -> Wanted {
+        let width = if is_vertex { VERTEX_WIDTH } else { self.sky.panel_width() };
+        Wanted { width, one: is_vertex, set: self.set, receiver: self.receiver }
+    }
+
     /// Panes on the way of the sun that was looked at last.
     #[must_use]
     pub fn panes(&self) -> &[u32] {
@@ -176,8 +182,7 @@ pub(super) fn add_windows(
     out: &mut [f64],
 ) {
     let Some(first) = world.daylight_group().filter(|_| world.has_bsdf()) else { return };
-    let width = if is_vertex { VERTEX_WIDTH } else { scratch.sky.panel_width() };
-    let wanted = Wanted { width, one: is_vertex, set: scratch.set, receiver: scratch.receiver };
+    let wanted = scratch.wanted(is_vertex);
     scratch.rays += panel_light(world, at, sample, wanted, scratch, &mut out[first..]);
 }
 

@@ -33,7 +33,8 @@ mod world;
 
 pub use chain::{Fork, Landing, Tint, follow};
 pub use daylight::{
-    DAYLIGHT_GROUPS, GROUND, SKY, SUN, Seen, deposit, pass_out, sun_direction, sun_factor, visible_directions,
+    DAYLIGHT_GROUPS, GROUND, SKY, SUN, Seen, deposit, mirrored_sun, pass_out, sun_direction, sun_factor,
+    visible_directions,
 };
 pub use direct::{DirectScratch, direct, transmittance_to, visible_factor};
 pub use glass::{Glazing, GlazingUnit, Pane, Shares};
@@ -41,7 +42,7 @@ pub use hung::{luminaire_in_sight, one_place_lx};
 pub use hung_images::most_mirrored_lx;
 pub use openings::{Openings, sun_through};
 pub use optics::{LightPart, Optics, Scatter};
-pub use panels::{PANEL_SETS, Panels};
+pub use panels::{PANEL_SETS, PanelColumns, PanelLook, PanelSun, Panels};
 pub use places::{direct_at_place, direct_at_vertex};
 pub use portals::{chance_weight, through_panes};
 pub use rows::{Mirrored, Replica, RowSettings, Rows, Target};

@@ -174,6 +174,13 @@ impl Scatterer {
         self.arriving(front).map_or(0, |w| self.patch(&w.from, surface, travel))
     }
 
+    /// Radiance that leaves the other side in each of its patches for each unit of irradiance that arrives on a side in a
+    /// patch, sr⁻¹.
+    pub(super) fn sends(&self, front: bool, patch: usize) -> impl Iterator<Item = f64> + '_ {
+        let way = self.arriving(front);
+        way.into_iter().flat_map(move |w| w.values.chunks_exact(w.from.patches.len()).map(move |row| row[patch]))
+    }
+
     /// Radiance that leaves the other side in each of its patches for irradiances that arrive on a side, by patch.
     pub(super) fn pass_on(&self, front: bool, irradiances: &[f64], mut radiance: impl FnMut(usize, f64)) {
         let Some(way) = self.arriving(front) else { return };

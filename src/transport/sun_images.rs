@@ -8,7 +8,7 @@ use glam::DVec3;
 
 use super::caster::{MISS, Ray};
 use super::chain::Tint;
-use super::daylight::{pass_out, sun_direction};
+use super::daylight::{pass, sun_direction};
 use super::points::Points;
 use super::specular::{Specular, Speculars};
 use super::world::{Kind, World};
@@ -65,21 +65,21 @@ impl SunImages {
         self.list.is_empty()
     }
 
-    /// Calls `found` with irradiance per unit of the sun's face on, less what the tint tells, for rays that reach the sun by
-    /// an image; they sum to the mean over the disc. Returns the rays cast.
+    /// Calls `found` with irradiance per unit of the sun's face on, less what the tint tells, and the panes on the way, for
+    /// rays that reach the sun by an image; they sum to the mean over the disc. Returns the rays cast.
     pub(super) fn light(
         &self,
-        (world, speculars): (&World, &Speculars),
+        scene: (&World, &Speculars),
         at: (DVec3, DVec3),
         stream: u64,
-        tint: &mut Tint,
-        mut found: impl FnMut(f64, &Tint),
+        (tint, panes): (&mut Tint, &mut Vec<u32>),
+        mut found: impl FnMut(f64, &Tint, &[u32]),
     ) -> u64 {
         let mut rays = 0;
-        for k in (0..self.list.len()).filter(|k| self.may_light(world, *k, at)) {
+        for k in (0..self.list.len()).filter(|k| self.may_light(scene.0, *k, at)) {
             let points = Points::new(stream ^ ((k as u64 + 1) << 32));
             let lit: Vec<u32> = (0..FEW_RAYS)
-                .filter(|i| self.by_ray((world, speculars), k, at, points.pair(*i, 0), tint, &mut rays).is_some())
+                .filter(|i| self.by_ray(scene, k, at, points.pair(*i, 0), (tint, panes), &mut rays).is_some())
                 .collect();
             let count = match lit.len() as u32 {
                 0 => continue,
@@ -87,9 +87,8 @@ impl SunImages {
                 _ => MANY_RAYS,
             };
             for i in 0..count {
-                let cosine = self.by_ray((world, speculars), k, at, points.pair(i, 0), tint, &mut rays);
-                if let Some(cosine) = cosine {
-                    found(cosine / f64::from(count), tint);
+                if let Some(cosine) = self.by_ray(scene, k, at, points.pair(i, 0), (tint, panes), &mut rays) {
+                    found(cosine / f64::from(count), tint, panes);
                 }
             }
         }
@@ -122,14 +121,14 @@ impl SunImages {
     }
 
     /// The cosine at the point of a ray to a place of the disc by an image, if it gets there; the tint tells what mirror and
-    /// panes leave.
+    /// panes leave, and these panes are listed.
     fn by_ray(
         &self,
         (world, speculars): (&World, &Speculars),
         image: usize,
         (x, normal): (DVec3, DVec3),
         (a, b): (f64, f64),
-        tint: &mut Tint,
+        (tint, panes): (&mut Tint, &mut Vec<u32>),
         rays: &mut u64,
     ) -> Option<f64> {
         let Image { surface, front, .. } = self.list[image];
@@ -141,6 +140,7 @@ impl SunImages {
             return None;
         }
         tint.reset();
+        panes.clear();
         let mut start = x;
         for _ in 0..MAX_PANES {
             let ray = Ray::new(start, direction);
@@ -156,10 +156,12 @@ impl SunImages {
                 }
                 tint.reflect(speculars.of(world, surface), (incidence.abs(), front), 1.0);
                 let point = world.lift(ray.at(hit.t), mirror.side_normal(front));
-                let is_lit = tint.scale > 0.0 && pass_out(world, speculars, point, sun, tint, rays);
+                let each = |pane| panes.push(pane);
+                let is_lit = tint.scale > 0.0 && pass(world, speculars, (point, sun), MISS, tint, rays, each);
                 return is_lit.then_some(cosine);
             }
             tint.pass(speculars.pane(world, hit.surface)?, incidence.abs(), 1.0);
+            panes.push(hit.surface);
             start = ray.at(hit.t) + direction * world.skin();
         }
         None
@@ -168,15 +170,16 @@ impl SunImages {
     /// The same for one ray to each image, as paths want it.
     pub fn by_paths(
         &self,
-        (world, speculars): (&World, &Speculars),
+        scene: (&World, &Speculars),
         at: (DVec3, DVec3),
         place: (f64, f64),
         tint: &mut Tint,
         rays: &mut u64,
         mut found: impl FnMut(f64, &Tint),
     ) {
-        for k in (0..self.list.len()).filter(|k| self.may_light(world, *k, at)) {
-            if let Some(cosine) = self.by_ray((world, speculars), k, at, place, tint, rays) {
+        let mut panes = Vec::new();
+        for k in (0..self.list.len()).filter(|k| self.may_light(scene.0, *k, at)) {
+            if let Some(cosine) = self.by_ray(scene, k, at, place, (tint, &mut panes), rays) {
                 found(cosine, tint);
             }
         }

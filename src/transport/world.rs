@@ -178,6 +178,12 @@ impl World {
         &self.sun_images
     }
 
+    /// A sun in a direction in mirrors and panes.
+    #[must_use]
+    pub fn images_of(&self, sun: DVec3) -> SunImages {
+        SunImages::new(&self.surfaces, &self.kinds, sun)
+    }
+
     /// Emitting sides, where they are many.
     pub(super) fn lamps(&self) -> &Lamps {
         &self.lamps

@@ -4,6 +4,7 @@
 
 pub mod bsdf;
 pub mod rooms;
+pub mod year;
 
 use clerestory::measure::{GridResult, Measurement, Method, SensorResult, Silent, SolveOptions, Status};
 pub use clerestory::scene::Build;

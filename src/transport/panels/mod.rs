@@ -6,6 +6,7 @@
 //! There are four sets of cells, shifted against each other, each with points of its own: their scatter tells what cells and
 //! points cost, and runs into the errors of the sensors.
 
+mod columns;
 mod sight;
 
 use glam::{DVec2, DVec3};
@@ -18,6 +19,7 @@ use super::scatterer::Scatterer;
 use super::world::World;
 use crate::mesh::{Surface, clip_halfplane, sample_polygon};
 
+pub use self::columns::{PanelColumns, PanelLook, PanelSun};
 pub(super) use self::sight::{Wanted, panel_light};
 
 /// Independent sets of cells.
@@ -88,9 +90,14 @@ impl Lattice {
         v * self.cells[0] + u
     }
 
+    /// Lower left corner of a cell, in cells.
+    fn corner(&self, cell: usize) -> DVec2 {
+        DVec2::new((cell % self.cells[0]) as f64, (cell / self.cells[0]) as f64) - self.shift
+    }
+
     /// The part of a surface in a cell; the whole where rounding leaves nothing.
     fn outline(&self, surface: &Surface, cell: usize) -> Vec<DVec2> {
-        let corner = DVec2::new((cell % self.cells[0]) as f64, (cell / self.cells[0]) as f64) - self.shift;
+        let corner = self.corner(cell);
         let (low, high) = (corner * self.step, (corner + 1.0) * self.step);
         let mut outline = surface.outline.clone();
         let mut part = Vec::new();
@@ -100,6 +107,18 @@ impl Lattice {
         }
         if outline.len() < 3 { surface.outline.clone() } else { outline }
     }
+}
+
+/// What a look at a window with a BSDF meets: a patch of the directions in which light leaves a cell of a side.
+#[derive(Clone, Copy, Debug)]
+struct Spot {
+    window: usize,
+    front: bool,
+    set: usize,
+    cell: usize,
+    patch: usize,
+    /// Number of patches of that side.
+    patches: usize,
 }
 
 /// What one cell gets and gives, by the side that the light arrives on.
@@ -149,21 +168,24 @@ impl Panels {
         travel: DVec3,
     ) -> [f64; DAYLIGHT_GROUPS] {
         let window = self.of_surface.get(surface as usize).copied().flatten();
-        match (window, world.scatterer(surface)) {
-            (Some(window), Some(scatterer)) => {
-                let patch = scatterer.outgoing_patch(&world.surfaces.list[surface as usize], front, travel);
-                self.windows[window as usize].light(front, set, uv, patch, scatterer.outgoing(front))
-            }
-            _ => [0.0; DAYLIGHT_GROUPS],
-        }
+        window.map_or([0.0; DAYLIGHT_GROUPS], |window| {
+            self.of_spot(self.spot(world, (window as usize, front), set, uv, travel))
+        })
     }
-}
 
-impl Window {
-    fn light(&self, front: bool, set: usize, uv: DVec2, patch: usize, patches: usize) -> [f64; DAYLIGHT_GROUPS] {
-        let set = &self.sets[set];
-        let first = set.lattice.cell(uv) * DAYLIGHT_GROUPS * patches + patch;
-        let leaving = &set.leaving[usize::from(front)];
+    /// What lies at a place of a side of a window, for light that leaves along `travel`.
+    fn spot(&self, world: &World, (window, front): (usize, bool), set: usize, uv: DVec2, travel: DVec3) -> Spot {
+        let Window { surface, sets, .. } = &self.windows[window];
+        let own = &world.surfaces.list[*surface as usize];
+        let (patch, patches) =
+            world.scatterer(*surface).map_or((0, 0), |s| (s.outgoing_patch(own, front, travel), s.outgoing(front)));
+        Spot { window, front, set, cell: sets[set].lattice.cell(uv), patch, patches }
+    }
+
+    /// Radiance of sky, ground and sun of a spot, per unit of each group.
+    fn of_spot(&self, Spot { window, front, set, cell, patch, patches }: Spot) -> [f64; DAYLIGHT_GROUPS] {
+        let leaving = &self.windows[window].sets[set].leaving[usize::from(front)];
+        let first = cell * DAYLIGHT_GROUPS * patches + patch;
         std::array::from_fn(|group| leaving.get(first + group * patches).map_or(0.0, |l| f64::from(*l)))
     }
 }
@@ -196,15 +218,9 @@ fn fill_cell(
     scratch: &mut DirectScratch,
 ) -> Cell {
     let own = &world.surfaces.list[surface as usize];
-    let outline = lattice.outline(own, cell);
-    let points = Points::new(seed(&[stream, cell as u64]));
     let mut out = Cell { leaving: Default::default(), kept: Default::default() };
     for front in [false, true] {
-        let normal = own.side_normal(front);
-        let place = |k: u32| {
-            let (a, b) = points.pair(k, 0);
-            world.lift(own.point(sample_polygon(&outline, a, b)), normal)
-        };
+        let place = places(world, own, front, (lattice, cell), stream);
         let mut irradiance = vec![vec![0.0; scatterer.incoming(front)]; DAYLIGHT_GROUPS];
         if irradiance[SKY].is_empty() {
             continue;
@@ -218,6 +234,23 @@ fn fill_cell(
         }
     }
     out
+}
+
+/// Places on a side of a cell, by number.
+fn places(
+    world: &World,
+    own: &Surface,
+    front: bool,
+    (lattice, cell): (&Lattice, usize),
+    stream: u64,
+) -> impl Fn(u32) -> DVec3 {
+    let outline = lattice.outline(own, cell);
+    let points = Points::new(seed(&[stream, cell as u64]));
+    let normal = own.side_normal(front);
+    move |k| {
+        let (a, b) = points.pair(k, 0);
+        world.lift(own.point(sample_polygon(&outline, a, b)), normal)
+    }
 }
 
 /// Irradiance on a side of a window by group and patch, each per unit of its group.

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::{Panels, Window};
+use super::{Panels, Spot, Window};
 use crate::light::{above_plane, configuration_factor};
 use crate::transport::Tint;
 use crate::transport::daylight::{DAYLIGHT_GROUPS, Eye, SkyScratch, deposit, pass, with_eye};
@@ -35,16 +35,34 @@ pub(in crate::transport) struct Wanted {
 /// chose.
 pub(in crate::transport) fn panel_light(
     world: &World,
-    (x, normal): (DVec3, DVec3),
+    at: (DVec3, DVec3),
     sample: u64,
     wanted: Wanted,
     s: &mut DirectScratch,
     out: &mut [f64],
 ) -> u64 {
+    panel_spots(world, at, sample, wanted, s, &mut |spot, weight, tint| {
+        let radiance = world.panels().of_spot(spot);
+        for group in (0..DAYLIGHT_GROUPS).filter(|g| radiance[*g] > 0.0) {
+            deposit(out, group, weight * radiance[group], tint);
+        }
+    })
+}
+
+/// Tells `found` what a point sees of all windows with a BSDF: spots, each with the irradiance that it gives for its radiance,
+/// sr, and what panes leave of it. Returns rays that chance chose.
+pub(in crate::transport) fn panel_spots(
+    world: &World,
+    (x, normal): (DVec3, DVec3),
+    sample: u64,
+    wanted: Wanted,
+    s: &mut DirectScratch,
+    found: &mut impl FnMut(Spot, f64, &Tint),
+) -> u64 {
     let panels: &Panels = world.panels();
     if !wanted.one || panels.windows.len() == 1 {
-        let each = panels.windows.iter().map(|w| from_window(world, w, (x, normal), sample, (wanted, 1.0), s, out));
-        return each.sum();
+        let each = |k: usize| from_window(world, k, (x, normal), sample, (wanted, 1.0), s, found);
+        return (0..panels.windows.len()).map(each).sum();
     }
     let mut upto = 0.0;
     let sums: Vec<f64> = panels
@@ -57,9 +75,11 @@ pub(in crate::transport) fn panel_light(
         .collect();
     let want = upto * Points::new(sample).get(0, 3);
     let chosen = sums.partition_point(|sum| *sum <= want);
-    let Some(window) = panels.windows.get(chosen) else { return 0 };
+    if chosen >= panels.windows.len() {
+        return 0;
+    }
     let own = sums[chosen] - if chosen > 0 { sums[chosen - 1] } else { 0.0 };
-    from_window(world, window, (x, normal), sample, (wanted, upto / own), s, out)
+    from_window(world, chosen, (x, normal), sample, (wanted, upto / own), s, found)
 }
 
 /// The side of a window that a point sees, if light leaves it.
@@ -79,13 +99,14 @@ fn whole_factor(world: &World, window: &Window, x: DVec3, normal: DVec3, s: &mut
 
 fn from_window(
     world: &World,
-    window: &Window,
+    number: usize,
     (x, normal): (DVec3, DVec3),
     sample: u64,
     (wanted, times): (Wanted, f64),
     s: &mut DirectScratch,
-    out: &mut [f64],
+    found: &mut impl FnMut(Spot, f64, &Tint),
 ) -> u64 {
+    let window = &world.panels().windows[number];
     let Some(front) = faces(world, window, x) else { return 0 };
     let factor = whole_factor(world, window, x, normal, s);
     if factor < DARK {
@@ -102,19 +123,21 @@ fn from_window(
     let blockers = blockers.iter().copied().filter(|b| *b != window.surface);
     let is_clipped = few && visible.clip(world, x, between, polygon, blockers);
     with_eye(world, (x, normal), sample ^ (u64::from(window.surface) << 20), sky, |eye, sky| {
-        let look = Look { eye, window, front, wanted, width, times };
+        let look = Look { eye, surface: window.surface, number, front, wanted, width, times };
         if is_clipped {
-            visible.pieces.iter().for_each(|piece| look.piece(piece, &mut sky.tint, out));
+            visible.pieces.iter().for_each(|piece| look.piece(piece, &mut sky.tint, found));
             return 0;
         }
-        look.rays(polygon, sky, out)
+        look.rays(polygon, sky, found)
     })
 }
 
 /// A point that looks at a window.
 struct Look<'a> {
     eye: &'a Eye<'a>,
-    window: &'a Window,
+    surface: u32,
+    /// Of the window.
+    number: usize,
     front: bool,
     wanted: Wanted,
     width: f64,
@@ -123,43 +146,40 @@ struct Look<'a> {
 
 impl Look<'_> {
     /// Adds the light of a piece that is seen whole.
-    fn piece(&self, piece: &Piece, tint: &mut Tint, out: &mut [f64]) {
+    fn piece(&self, piece: &Piece, tint: &mut Tint, found: &mut impl FnMut(Spot, f64, &Tint)) {
         if configuration_factor(&piece.polygon, self.eye.normal) < DARK || self.eye.is_shut(piece) {
             return;
         }
         self.eye.somewhere(&piece.polygon, self.width, &mut |direction, weight| {
             tint.reset();
             self.eye.at_panes(piece.panes(), direction, |pane, cosine| tint.pass(pane, cosine, 1.0));
-            self.add(direction, weight, tint, out);
+            self.add(direction, weight, tint, found);
         });
     }
 
     /// Adds the light of a polygon with many blockers before it: a ray for each point.
-    fn rays(&self, polygon: &[DVec3], sky: &mut SkyScratch, out: &mut [f64]) -> u64 {
+    fn rays(&self, polygon: &[DVec3], sky: &mut SkyScratch, found: &mut impl FnMut(Spot, f64, &Tint)) -> u64 {
         let mut rays = 0;
-        let (eye, target) = (self.eye, self.window.surface);
+        let (eye, target) = (self.eye, self.surface);
         eye.somewhere(polygon, self.width, &mut |direction, weight| {
             sky.tint.reset();
             if pass(eye.world, eye.speculars, (eye.x, direction), target, &mut sky.tint, &mut rays, |_| {}) {
-                self.add(direction, weight, &sky.tint, out);
+                self.add(direction, weight, &sky.tint, found);
             }
         });
         rays
     }
 
-    fn add(&self, direction: DVec3, weight: f64, tint: &Tint, out: &mut [f64]) {
+    fn add(&self, direction: DVec3, weight: f64, tint: &Tint, found: &mut impl FnMut(Spot, f64, &Tint)) {
         let world = self.eye.world;
-        let surface = &world.surfaces.list[self.window.surface as usize];
+        let surface = &world.surfaces.list[self.surface as usize];
         let distance = -surface.height(self.eye.x) / surface.normal.dot(direction);
         let uv = surface.uv(self.eye.x + direction * distance);
-        let side = (self.window.surface, self.front);
-        let radiance = world.panels().radiance(world, side, self.wanted.set, uv, -direction);
         let kept = self.wanted.receiver.map_or(1.0, |(own, front)| {
             let receiver = &world.surfaces.list[own as usize];
             world.scatterer(own).map_or(1.0, |s| s.keeps(receiver, front, -direction))
         });
-        for group in (0..DAYLIGHT_GROUPS).filter(|g| radiance[*g] > 0.0) {
-            deposit(out, group, self.times * kept * weight * radiance[group], tint);
-        }
+        let spot = world.panels().spot(world, (self.number, self.front), self.wanted.set, uv, -direction);
+        found(spot, self.times * kept * weight, tint);
     }
 }
