@@ -271,6 +271,29 @@ fn coloured_panes_let_sun_and_sky_through_as_grey_ones_do_in_each_band() {
 }
 
 #[test]
+fn in_a_single_band_a_coloured_pane_lets_by_what_the_eye_has_left() {
+    let under = |bands: BandMode, pane: SpectralValue| {
+        let mut b = roof_light_of(0.0, Some(glazed(1, pane)));
+        b.bands(bands);
+        b.level("floor", at(0.5, 0.5, 0.1), at(3.5, 3.5, 0.1), 3);
+        b.0.daytime =
+            Some(Daytime { sun_deg: Some(Placed { value: (75.0, 170.0), line: 1 }), ..day(SkyName::Cie(12), 3e4) });
+        solve(&b.0, &within(0.03))
+    };
+    // The light of `day` has equal energy.
+    let luminous = rgb(STAINED).to_spectrum().luminous() / Spectrum::constant(1.0).luminous();
+    let as_grey = [(BandMode::Grey, rgb(STAINED), luminous), (BandMode::Rgb, rgb([0.5; 3]), 0.5)];
+    for (bands, pane, t) in as_grey {
+        let (coloured, grey) = (under(bands.clone(), pane), under(bands, SpectralValue::Grey(t)));
+        for (c, g) in only(&coloured).iter().zip(only(&grey)) {
+            near(c.sky_lx, g.sky_lx, 1e-3, "sky");
+            near(c.sun_lx, g.sun_lx, 1e-3, "sun");
+            assert!(c.sky_lx > 50.0, "the sky is seen: {} lx", c.sky_lx);
+        }
+    }
+}
+
+#[test]
 fn a_room_far_from_the_origin_reads_the_same() {
     let run = |offset: DVec3| {
         let mut b = roof_light(0.5, Some(0.88));
@@ -469,6 +492,11 @@ fn a_coloured_mirror_throws_coloured_sun() {
         let exact = face_on[band] * 0.5f64.sqrt() * (1.0 + rho);
         near(only(&m)[0].spectral[band].irradiance, exact, 1e-4, "band by band");
     }
+    // In a single band by what the eye has left.
+    b.bands(BandMode::Grey);
+    let luminous = rgb(STAINED).to_spectrum().luminous() / Spectrum::constant(1.0).luminous();
+    let m = solve(&b.0, &within(0.01));
+    near(only(&m)[0].sun_lx, 1e5 * 0.5f64.sqrt() * (1.0 + luminous), 1e-3, "one band");
 }
 
 #[test]

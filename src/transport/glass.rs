@@ -203,16 +203,15 @@ const STEPS: usize = 1024;
 /// exact at normal incidence. Between them it errs by less than 1e-5.
 #[derive(Clone, Debug)]
 pub struct Glazing {
-    /// Mean over the bands, then each band where they differ: `[cosine][column][passed, reflected back, front]`.
+    /// Mean over the bands, then each band of coloured ones: `[cosine][column][passed, reflected back, front]`.
     table: Vec<[f32; 3]>,
     columns: usize,
 }
 
 impl Glazing {
-    /// From the unit as it is in each band.
+    /// From the unit as it is in each band; a grey one is the same in all.
     #[must_use]
-    pub fn new(by_band: &[GlazingUnit]) -> Self {
-        let grey = by_band.iter().all(|u| *u == by_band[0]);
+    pub fn new(by_band: &[GlazingUnit], grey: bool) -> Self {
         let units = if grey { &by_band[..1] } else { by_band };
         let columns = if grey { 1 } else { 1 + units.len() };
         let mut table = Vec::with_capacity((STEPS + 1) * columns);
@@ -227,13 +226,13 @@ impl Glazing {
         Self { table, columns }
     }
 
-    /// The same in all bands?
+    /// The same at every wavelength?
     #[must_use]
     pub fn is_grey(&self) -> bool {
         self.columns == 1
     }
 
-    /// Number of bands that differ; 1 where none does.
+    /// Number of bands of a coloured one; 1 of a grey one.
     #[must_use]
     pub fn bands(&self) -> usize {
         (self.columns - 1).max(1)
@@ -351,7 +350,7 @@ mod tests {
     #[test]
     fn the_table_keeps_the_unit() {
         let by_band = [GlazingUnit::alike(3, 0.7, 1.52), GlazingUnit::alike(3, 0.4, 1.52)];
-        let table = Glazing::new(&by_band);
+        let table = Glazing::new(&by_band, false);
         assert!(!table.is_grey());
         for k in 0..=4999 {
             let c = f64::from(k) / 4999.0;

@@ -13,8 +13,10 @@ use crate::spectrum::SpectralValue;
 pub enum Specular {
     /// Neither a mirror nor a pane.
     None,
-    /// Reflectance by band; one value where it is the same in all.
-    Mirror(Vec<f32>),
+    /// Reflectance, the same at every wavelength.
+    Mirror(f32),
+    /// Reflectance by band.
+    ColouredMirror(Vec<f32>),
     /// Shares by angle and band.
     Glass(Glazing),
 }
@@ -22,8 +24,8 @@ pub enum Specular {
 impl Specular {
     fn is_coloured(&self) -> bool {
         match self {
-            Self::None => false,
-            Self::Mirror(rho) => rho.len() > 1,
+            Self::None | Self::Mirror(_) => false,
+            Self::ColouredMirror(_) => true,
             Self::Glass(glazing) => !glazing.is_grey(),
         }
     }
@@ -36,16 +38,14 @@ pub struct Speculars(Arc<[Specular]>);
 impl Speculars {
     /// In the bands of a run: `values` averages over them.
     pub(super) fn in_bands(scene: &Scene, values: impl Fn(&SpectralValue) -> Vec<f64>) -> Self {
-        Self(scene.materials.iter().map(|m| specular(&m.kind, &values)).collect())
+        let of = |kind| if is_grey(kind) { grey(kind) } else { specular(kind, &values, false) };
+        Self(scene.materials.iter().map(|m| of(&m.kind)).collect())
     }
 
     /// The grey ones, which are the same in any bands; coloured ones let nothing by.
     pub(super) fn grey(scene: &Scene) -> Self {
-        let list = scene.materials.iter().map(|m| {
-            let is_grey = spectral_values(&m.kind).iter().all(|v| matches!(v, SpectralValue::Grey(_)));
-            if is_grey { specular(&m.kind, &|v| vec![v.max()]) } else { Specular::None }
-        });
-        Self(list.collect())
+        let of = |kind| if is_grey(kind) { grey(kind) } else { Specular::None };
+        Self(scene.materials.iter().map(|m| of(&m.kind)).collect())
     }
 
     /// What a surface of the scene is.
@@ -65,7 +65,7 @@ impl Speculars {
         }
     }
 
-    /// Does any take more from one band than from another?
+    /// Does any take more at one wavelength than at another? Even in a single band those are never among the grey ones.
     #[must_use]
     pub fn are_coloured(&self) -> bool {
         self.0.iter().any(Specular::is_coloured)
@@ -81,17 +81,25 @@ fn spectral_values(kind: &MaterialKind) -> Vec<&SpectralValue> {
     }
 }
 
-fn specular(kind: &MaterialKind, values: &impl Fn(&SpectralValue) -> Vec<f64>) -> Specular {
+fn is_grey(kind: &MaterialKind) -> bool {
+    spectral_values(kind).iter().all(|v| v.is_grey())
+}
+
+fn grey(kind: &MaterialKind) -> Specular {
+    specular(kind, &|v| vec![v.max()], true)
+}
+
+fn specular(kind: &MaterialKind, values: &impl Fn(&SpectralValue) -> Vec<f64>, is_grey: bool) -> Specular {
     match kind {
         MaterialKind::Diffuse { .. } | MaterialKind::Translucent { .. } | MaterialKind::Bsdf { .. } => Specular::None,
         MaterialKind::Mirror { reflectance } => {
             let rho: Vec<f32> = values(reflectance).iter().map(|r| *r as f32).collect();
-            let is_grey = rho.iter().all(|r| *r == rho[0]);
-            Specular::Mirror(if is_grey { rho[..1].to_vec() } else { rho })
+            if is_grey { Specular::Mirror(rho[0]) } else { Specular::ColouredMirror(rho) }
         }
         MaterialKind::Glass { panes, refractive_index, maintenance_factor } => {
             let units = GlazingUnit::in_bands(panes, *refractive_index, values).into_iter();
-            Specular::Glass(Glazing::new(&units.map(|u| u.in_use(*maintenance_factor)).collect::<Vec<_>>()))
+            let units: Vec<GlazingUnit> = units.map(|u| u.in_use(*maintenance_factor)).collect();
+            Specular::Glass(Glazing::new(&units, is_grey))
         }
     }
 }
@@ -112,8 +120,8 @@ impl Tint {
         let side = usize::from(front);
         match specular {
             Specular::None => self.scale = 0.0,
-            Specular::Mirror(rho) if rho.len() == 1 => self.scale *= rho[0],
-            Specular::Mirror(rho) => self.take(rho.len(), |band| rho[band]),
+            Specular::Mirror(rho) => self.scale *= rho,
+            Specular::ColouredMirror(rho) => self.take(rho.len(), |band| rho[band]),
             Specular::Glass(glazing) if glazing.is_grey() => {
                 self.scale *= (glazing.mean(cosine).reflected[side] / odds) as f32;
             }

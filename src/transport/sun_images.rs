@@ -217,7 +217,8 @@ impl SunImages {
 pub(super) fn most_reflected(specular: &Specular, cosine: f64, front: bool) -> f64 {
     match specular {
         Specular::None => 0.0,
-        Specular::Mirror(rho) => f64::from(rho.iter().copied().fold(0.0, f32::max)),
+        Specular::Mirror(rho) => f64::from(*rho),
+        Specular::ColouredMirror(rho) => f64::from(rho.iter().copied().fold(0.0, f32::max)),
         Specular::Glass(glazing) => {
             (0..glazing.bands()).map(|b| glazing.in_band(cosine, b).reflected[usize::from(front)]).fold(0.0, f64::max)
         }
