@@ -7,6 +7,7 @@ use std::path::Path;
 use clerestory::annual::{self, AnnualOptions, Year};
 use clerestory::measure::{Silent, Status};
 use clerestory::scene::{Amount, Blind, BlindControl, Occupancy, Placed};
+use common::bsdf::{lambertian, window};
 use common::year::{against_moments, daytime, room, synthetic, year};
 use common::{Build, at, diffuse, glass};
 use glam::DVec3;
@@ -103,6 +104,14 @@ fn blinds_by_lm_83_close_while_the_sun_is_on_too_many_points() {
         closed += usize::from(is);
     }
     assert!(closed > 10 && closed < open.hours);
+}
+
+#[test]
+fn blinds_before_a_window_with_a_bsdf_are_refused() {
+    let mut b = room(window(lambertian(0.5, 0.3), 1.0));
+    b.0.blinds = vec![Blind { panes: vec!["window".into()], transmittance: 0.1, control: BlindControl::Sun }];
+    let said = annual::annual(&b.0, &AnnualOptions::default(), &Silent).expect_err("it scatters").to_string();
+    assert!(said.contains("[[blinds]] before a window with a BSDF (\"window\")"), "{said}");
 }
 
 #[test]

@@ -326,10 +326,4 @@ fn what_is_not_followed_is_refused() {
     b.0.daytime = Some(day(SkyName::Overcast, 0.0, SUN));
     let text = refusal(&b.0).to_string();
     assert!(text.contains("a coloured pane before a window with a BSDF"), "{text}");
-    let mut b = office(PAINT, window(slats(), 1.0));
-    desks(&mut b, 2);
-    b.0.daytime = Some(day(SkyName::Overcast, 0.0, SUN));
-    let year = clerestory::measure::coefficients(&b.0, &within(0.05), 1, &clerestory::measure::Silent);
-    let text = year.expect_err("no year").to_string();
-    assert!(text.contains("a year knows no BSDF"), "{text}");
 }

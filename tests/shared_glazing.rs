@@ -26,7 +26,7 @@ fn one_two_and_three_panes_pass_and_reflect_as_the_net_radiation_method_says() {
         let panes: Vec<Pane> = row[1].split('+').map(|t| Pane::bare(t.parse().unwrap(), index)).collect();
         let unit = GlazingUnit { panes, maintenance_factor: 1.0 };
         let cosine = number(row, 3).to_radians().cos();
-        let table = Glazing::new(std::slice::from_ref(&unit));
+        let table = Glazing::new(std::slice::from_ref(&unit), true);
         for (k, found) in [unit.shares(cosine), table.mean(cosine)].into_iter().enumerate() {
             let what = format!("{} at {}°", &row[0], &row[3]);
             let off = (found.passed - number(row, 6)).abs().max((found.reflected[1] - number(row, 7)).abs());

@@ -27,7 +27,7 @@ use crate::light::sky::Patches;
 use crate::light::sun::Place;
 use crate::light::weather::{Weather, check_zone};
 use crate::measure::{self, Coefficients, ESTIMATES, LeftOut, Progress, Record, Setting, SolveOptions, Status};
-use crate::scene::{BlindControl, Daytime, GridLayout, Scene, Sensor};
+use crate::scene::{BlindControl, Daytime, GridLayout, MaterialKind, Scene, Sensor};
 
 /// What a person asks of a year.
 #[derive(Clone, Debug, Default)]
@@ -245,6 +245,25 @@ fn describe(scene: &Scene, climate: &Climate, coefficients: &Coefficients, close
         record.left_out.push(LeftOut {
             what: format!("directions of the light behind closed blinds ({})", blind.panes.join(", ")),
             bound: "closed blinds dim the light of their windows and keep its directions".into(),
+        });
+    }
+    if coefficients.has_panels() {
+        record.left_out.push(LeftOut {
+            what: "sun and sky by windows with a BSDF in figures of sunlight".into(),
+            bound: "they are in all illuminances; as scattered light they count for no sunlit point, no hour of sunlight and no sky component".into(),
+        });
+    }
+    if coefficients.has_panels() && !scene.blinds.is_empty() {
+        record.left_out.push(LeftOut {
+            what: "closed blinds of panes between a point and a window with a BSDF".into(),
+            bound: "at most the light that comes by that window".into(),
+        });
+    }
+    let has_mirrors = scene.materials.iter().any(|m| matches!(m.kind, MaterialKind::Mirror { .. }));
+    if has_mirrors && !scene.blinds.is_empty() {
+        record.left_out.push(LeftOut {
+            what: "closed blinds before the sky's light that mirrors throw on".into(),
+            bound: "at most that light".into(),
         });
     }
     if climate.dark_share > 0.0 {

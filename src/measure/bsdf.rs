@@ -2,7 +2,7 @@
 
 use super::result::{LeftOut, Setting};
 use crate::error::{Error, Result};
-use crate::scene::{MaterialKind, Scene};
+use crate::scene::{Face, MaterialKind, Scene};
 use crate::transport::caster::{MISS, Ray};
 use crate::transport::points::Points;
 use crate::transport::{Kind, World, cosine_direction};
@@ -31,6 +31,19 @@ pub(super) fn check(world: &World) -> Result<()> {
         }
     }
     Ok(())
+}
+
+/// What scatters light already has no blinds that close.
+///
+/// # Errors
+/// When blinds shall hang before a window with a BSDF.
+pub(super) fn check_blinds(scene: &Scene) -> Result<()> {
+    let is_bsdf = |face: &Face| matches!(scene.materials[face.material].kind, MaterialKind::Bsdf { .. });
+    let windows: Vec<&Face> = scene.faces.iter().filter(|f| is_bsdf(f)).collect();
+    let Some(blind) = scene.blinds.iter().find(|b| windows.iter().any(|f| b.names(scene, f))) else { return Ok(()) };
+    let names = blind.panes.join("\", \"");
+    Err(Error::unsupported(format!("[[blinds]] before a window with a BSDF (\"{names}\")"))
+        .mend("name panes of glass alone, and give the closed window a BSDF and a year of its own"))
 }
 
 /// Each BSDF by its hemispherical values, and where its front looks; dirt on translucent sheets.

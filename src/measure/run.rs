@@ -130,6 +130,7 @@ pub fn coefficients(
         return Err(Error::unsupported("a year knows no cylindrical illuminance")
             .mend("leave cylindrical and semicylindrical out of the scene of the year"));
     }
+    bsdf::check_blinds(scene)?;
     let start = Instant::now();
     let world = World::with_daylight(scene, Some(Daylight::uniform(day))).glaze(options.tolerance, options.seed);
     bsdf::check(&world)?;

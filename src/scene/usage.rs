@@ -76,8 +76,14 @@ impl Blind {
     #[must_use]
     pub fn covers(&self, scene: &Scene, face: &Face) -> bool {
         let is_glass = matches!(scene.materials[face.material].kind, super::MaterialKind::Glass { .. });
+        is_glass && self.names(scene, face)
+    }
+
+    /// Is this face among their panes, whatever it is made of?
+    #[must_use]
+    pub fn names(&self, scene: &Scene, face: &Face) -> bool {
         let names = [&scene.materials[face.material].name, &scene.objects[face.object]];
-        is_glass && self.panes.iter().any(|p| names.contains(&p))
+        self.panes.iter().any(|p| names.contains(&p))
     }
 }
 
