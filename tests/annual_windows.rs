@@ -17,6 +17,9 @@ fn the_sun_in_a_mirror_behind_a_pane_is_in_the_year() {
     let b = room_of(diffuse("wall", 0.5), mirror(0.9), glass(0.8));
     let y = year(&b.0, 0.05, 2);
     against_moments(&b.0, &y, (0.02, 5), is_sunny).assert(100, RMS);
+    // Errors of what mirrors show of the sky are stated a little too small, for a moment too: 92 to 96 % are inside.
+    let cloudy = against_moments(&b.0, &y, (0.02, 3), is_cloudy);
+    assert!(cloudy.count >= 60 && cloudy.rms() < RMS, "{cloudy:?}: RMS {}", cloudy.rms());
 }
 
 #[test]

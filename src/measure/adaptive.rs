@@ -5,12 +5,13 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use super::demand::Demand;
-use super::gather::{Field, Gatherer, REPLICAS, SetSums, Solved};
+use super::gather::{Field, Gatherer, REPLICAS, SetSums};
 use super::memory::{self, Budget};
 use super::options::{Progress, SolveOptions};
 use super::probe::Probe;
 use super::result::Status;
 use super::sensor_state::{Light, MAX_SET_RAYS, PATHS_WANT, SensorState};
+use super::solved::Solved;
 use super::statement::{Readings, Stated, state};
 use super::states::Channels;
 use crate::error::Result;

@@ -5,8 +5,8 @@ use std::f64::consts::{PI, TAU};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::gather::Solved;
 use super::result::Ledger;
+use super::solved::Solved;
 use crate::light::Emitter;
 use crate::light::sun::disc;
 use crate::mesh::{NO_ELEMENT, sample_polygon};

@@ -26,6 +26,7 @@ mod result;
 mod room_surfaces;
 mod run;
 mod sensor_state;
+mod solved;
 mod statement;
 mod states;
 

@@ -5,7 +5,8 @@ use std::f64::consts::{FRAC_1_PI, PI};
 
 use super::adaptive::Task;
 use super::appraisal::RoomSurface;
-use super::gather::{REPLICAS, Solved};
+use super::gather::REPLICAS;
+use super::solved::Solved;
 use super::statement::student;
 use crate::transport::{Kind, Optics};
 

@@ -10,7 +10,6 @@ use super::adaptive::{Adapted, Task};
 use super::alpha_opic::AlphaOpicScale;
 use super::appraisal::Appraisal;
 use super::coefficients::Coefficients;
-use super::gather::Solved;
 use super::memory::Budget;
 use super::options::{Method, Progress, SolveOptions};
 use super::probe::{Probe, hidden};
@@ -18,6 +17,7 @@ use super::result::{
     BandValue, GridResult, Ledger, LeftOut, Measurement, Record, SensorResult, Setting, StateResult, Status, ViewResult,
 };
 use super::sensor_state::{Light, SensorState};
+use super::solved::Solved;
 use super::statement::Stated;
 use super::states::{Channels, State};
 use super::{appraisal, bsdf, classic, glare, ledger, path_tracing, picture, room_surfaces};

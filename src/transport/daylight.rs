@@ -1,9 +1,9 @@
-//! Direct light of sky, ground and sun at a point.
+//! Direct light of sky and ground at a point.
 //!
 //! Nothing has to be declared an opening. The directions that a point looks to are divided into cells, each cell loses
 //! the shadow of its blockers exactly ([`Visible`]), and the sky is integrated over what is left, with the panes that
-//! stand before it. Cells with many blockers are divided further; at the last level rays take over. The sun is a disc of
-//! its own, clipped in the same way: penumbras are exact.
+//! stand before it. Cells with many blockers are divided further; at the last level rays take over. The sun's disc is a cone of
+//! its own (`sunlight.rs`).
 
 use glam::DVec3;
 
@@ -15,10 +15,9 @@ use super::optics::Optics;
 use super::points::{Points, seed};
 use super::specular::Speculars;
 use super::spherical;
-use super::sun_images::SunImages;
 use super::visible::{Piece, Visible, cone_planes};
 use super::world::{Kind, World};
-use crate::light::{above_plane, configuration_factor, sun};
+use crate::light::{above_plane, configuration_factor};
 
 /// Groups of light that daylight adds behind those of the emitters.
 pub const DAYLIGHT_GROUPS: usize = 3;
@@ -32,12 +31,11 @@ pub const SUN: usize = 2;
 /// Share of the whole sky below which a piece is rounding: a sealed room is dark.
 const DARK: f64 = 1e-13;
 /// Blockers in a cell before it is divided.
-const MAX_BLOCKERS: usize = 40;
+pub(super) const MAX_BLOCKERS: usize = 40;
 /// Divisions of an octant: cells of about six degrees.
 const MAX_DEPTH: u32 = 4;
-/// Rays in a cell that is still too full, and over the sun's disc.
+/// Rays in a cell that is still too full.
 const CELL_RAYS: u32 = 8;
-const SUN_RAYS: u32 = 64;
 /// Relative difference of two rules at which a triangle is not divided further, for points that are reported at a
 /// tolerance of 1 %. It falls with the square of the tolerance: the finer rule errs by its power 1.5 or more.
 const FINE_QUADRATURE: f64 = 0.001;
@@ -45,8 +43,6 @@ const QUADRATURE: f64 = 0.02;
 /// Widest triangle that is read at its middle alone, radians: for elements, of which many are averaged. The rule errs by
 /// about a twenty-fourth of the square of it, times the curvature of luminance and transmittance.
 const ELEMENT_WIDTH: f64 = 0.25;
-/// Cosine between corners of a triangle that is divided in any case: seven points are too few for so wide a view.
-const WIDE: f64 = 0.8;
 const QUADRATURE_DEPTH: u32 = 7;
 /// See [`SkyScratch::panel_width`]: at a tolerance of 1 %, at least, on elements.
 const FINE_PANEL: f64 = 0.015;
@@ -56,9 +52,9 @@ const ELEMENT_PANEL: f64 = 0.35;
 /// Buffers of one thread.
 #[derive(Debug, Default)]
 pub(super) struct SkyScratch {
-    visible: Visible,
-    blockers: Vec<u32>,
-    planes: Vec<DVec3>,
+    pub(super) visible: Visible,
+    pub(super) blockers: Vec<u32>,
+    pub(super) planes: Vec<DVec3>,
     cover: Vec<DVec3>,
     cut: Vec<DVec3>,
     /// Where triangles are not divided further; `None` for elements.
@@ -188,7 +184,7 @@ pub(super) struct Eye<'a> {
     pub(super) speculars: &'a Speculars,
     pub(super) x: DVec3,
     pub(super) normal: DVec3,
-    sample: u64,
+    pub(super) sample: u64,
 }
 
 /// Adds the factors of sky, ground and sun at a point to `out` (three numbers, and what came by coloured panes, see
@@ -242,32 +238,6 @@ pub fn visible_directions(
     with_eye(world, (x, normal), sample, &mut scratch.sky, |eye, s| {
         eye.look((true, true), s, &mut Directions { width, count: 0, visit, openings, planes: Vec::new() })
     })
-}
-
-/// Adds the factors of the sun's disc about `direction`, wherever the sun of the world stands, to those of daylight: see
-/// [`deposit`]. [`super::DirectScratch::panes`] then tells the panes that it comes through. Returns rays that chance chose.
-pub fn sun_factor(
-    world: &World,
-    (x, normal): (DVec3, DVec3),
-    direction: DVec3,
-    sample: u64,
-    scratch: &mut super::DirectScratch,
-    out: &mut [f64],
-) -> u64 {
-    with_eye(world, (x, normal), sample, &mut scratch.sky, |eye, s| eye.sun_at(direction, s, out))
-}
-
-/// Tells `found` the sun's light by its images in mirrors and panes, wherever the sun of the world stands: irradiance per unit
-/// of the sun's face on, less what the tint tells, and the panes on the way. Returns rays that chance chose.
-pub fn mirrored_sun(
-    world: &World,
-    (x, normal): (DVec3, DVec3),
-    images: &SunImages,
-    sample: u64,
-    scratch: &mut super::DirectScratch,
-    found: impl FnMut(f64, &Tint, &[u32]),
-) -> u64 {
-    with_eye(world, (x, normal), sample, &mut scratch.sky, |eye, s| eye.images(images, s, found))
 }
 
 /// Which of the three lights are wanted.
@@ -420,7 +390,6 @@ impl Eye<'_> {
             let direction = p / length;
             self.luminance(group, direction) * self.normal.dot(direction).max(0.0) / (squared * length)
         };
-        let is_grey = piece.panes().iter().all(|p| self.speculars.pane(self.world, *p).is_some_and(Glazing::is_grey));
         let left = |p: DVec3| light(p) * self.passed(piece.panes(), p.normalize());
         // The fan begins at the highest corner: clipping begins where rounding likes.
         let n = piece.polygon.len();
@@ -431,13 +400,19 @@ impl Eye<'_> {
         for k in 1..n - 1 {
             let triangle = [first, corner(k), corner(k + 1)];
             let volume = first.dot(triangle[1].cross(triangle[2])).abs();
-            triangle_nodes(&left, triangle, (limit, QUADRATURE_DEPTH), 0.5 * volume, &mut |p, weight, value| {
-                if is_grey {
-                    out[group] += weight * value;
-                } else {
-                    self.enter(piece.panes(), p.normalize(), (group, weight * light(p)), tint, out);
-                }
-            });
+            spherical::triangle_nodes(
+                &left,
+                triangle,
+                (limit, QUADRATURE_DEPTH),
+                0.5 * volume,
+                &mut |p, weight, value| {
+                    if is_grey {
+                        out[group] += weight * value;
+                    } else {
+                        self.enter(piece.panes(), p.normalize(), (group, weight * light(p)), tint, out);
+                    }
+                },
+            );
         }
     }
 
@@ -493,74 +468,11 @@ impl Eye<'_> {
         }
         rays
     }
-
-    fn sun(&self, s: &mut SkyScratch, out: &mut [f64]) -> u64 {
-        self.world.daylight().and_then(|d| d.sun).map_or(0, |direction| self.sun_at(direction, s, out))
-    }
-
-    fn sun_at(&self, direction: DVec3, s: &mut SkyScratch, out: &mut [f64]) -> u64 {
-        s.through.clear();
-        let disc = sun::disc(direction);
-        let face_on = configuration_factor(&disc, direction);
-        let mut above = Vec::with_capacity(16);
-        let mut polygon = Vec::with_capacity(16);
-        above_plane(&disc, self.normal, 0.0, &mut above);
-        above_plane(&above, DVec3::Z, 0.0, &mut polygon);
-        if polygon.len() < 3 {
-            return 0;
-        }
-        cone_planes(&polygon, &mut s.planes);
-        let ceiling = (self.normal, self.normal.dot(self.x));
-        let few = self.world.caster.in_cone(self.x, &s.planes, ceiling, MAX_BLOCKERS, &mut s.blockers);
-        if few && s.visible.clip(self.world, self.x, (self.normal, 0.0), &polygon, s.blockers.iter().copied()) {
-            for piece in s.visible.pieces.iter().filter(|p| !self.is_shut(p)) {
-                let factor = configuration_factor(&piece.polygon, self.normal) / face_on;
-                self.enter(piece.panes(), direction, (SUN, factor), &mut s.tint, out);
-                s.through.extend_from_slice(piece.panes());
-            }
-            return 0;
-        }
-        let points = Points::new(seed(&[self.sample, 99]));
-        let mut rays = 0;
-        let whole = configuration_factor(&polygon, self.normal) / face_on;
-        for k in 0..SUN_RAYS {
-            let (a, b) = points.pair(k, 0);
-            s.tint.reset();
-            let towards = sun_direction(&disc, a, b);
-            let each = |pane| s.through.push(pane);
-            if pass(self.world, self.speculars, (self.x, towards), MISS, &mut s.tint, &mut rays, each) {
-                deposit(out, SUN, whole / f64::from(SUN_RAYS), &s.tint);
-            }
-        }
-        rays
-    }
-}
-
-impl Eye<'_> {
-    fn mirrored_sun(&self, s: &mut SkyScratch, out: &mut [f64]) -> u64 {
-        self.images(self.world.sun_images(), s, |cosine, tint, _| deposit(out, SUN, cosine, tint))
-    }
-
-    fn images(&self, images: &SunImages, s: &mut SkyScratch, found: impl FnMut(f64, &Tint, &[u32])) -> u64 {
-        let (scene, at) = ((self.world, self.speculars), (self.x, self.normal));
-        images.light(scene, at, seed(&[self.sample, 98]), (&mut s.tint, &mut s.through), found)
-    }
 }
 
 /// A whole number below 2^32 as a share of one.
 fn unit(number: u64) -> f64 {
     number as f64 / 4_294_967_296.0
-}
-
-/// A direction to the sun's disc from a point of the unit square.
-#[must_use]
-pub fn sun_direction(disc: &[DVec3], a: f64, b: f64) -> DVec3 {
-    let centre = disc.iter().sum::<DVec3>() / disc.len() as f64;
-    let place = a * disc.len() as f64;
-    let k = (place as usize).min(disc.len() - 1);
-    let (p, q) = (disc[k] - centre, disc[(k + 1) % disc.len()] - centre);
-    let across = place - k as f64;
-    (centre + (p * (1.0 - across) + q * across) * b.sqrt()).normalize()
 }
 
 /// Does light come from outside to `x` along `−direction`? What panes on the way leave of it multiplies `tint`; all else
@@ -613,47 +525,4 @@ fn divide(polygon: &[DVec3]) -> Vec<Vec<DVec3>> {
         return vec![vec![a, ab, ca], vec![ab, b, bc], vec![ca, bc, c], vec![ab, bc, ca]];
     }
     polygon.windows(2).skip(1).map(|e| vec![polygon[0], e[0], e[1]]).collect()
-}
-
-/// Seven points of a triangle, exact to the fifth degree (Radon 1948): weight, and the place between the corners.
-const RULE: [(f64, [f64; 3]); 7] = {
-    const A: f64 = 0.470_142_064_105_115_1;
-    const B: f64 = 0.101_286_507_323_456_34;
-    const WA: f64 = 0.132_394_152_788_506_2;
-    const WB: f64 = 0.125_939_180_544_827_15;
-    [
-        (0.225, [1.0 / 3.0; 3]),
-        (WA, [A, A, 1.0 - 2.0 * A]),
-        (WA, [A, 1.0 - 2.0 * A, A]),
-        (WA, [1.0 - 2.0 * A, A, A]),
-        (WB, [B, B, 1.0 - 2.0 * B]),
-        (WB, [B, 1.0 - 2.0 * B, B]),
-        (WB, [1.0 - 2.0 * B, B, B]),
-    ]
-};
-
-/// Nodes of a rule that integrates `f` over a triangle, with weights that sum to `weight`, and `f` there: the triangle is divided in four
-/// until two rules of first degree come near to that of the fifth, whose error is then far smaller.
-fn triangle_nodes(
-    f: &impl Fn(DVec3) -> f64,
-    [a, b, c]: [DVec3; 3],
-    (limit, depth): (f64, u32),
-    weight: f64,
-    node: &mut impl FnMut(DVec3, f64, f64),
-) {
-    let nodes = RULE.map(|(w, [x, y, z])| (w, a * x + b * y + c * z));
-    let values = nodes.map(|(w, p)| (w, f(p)));
-    let fine: f64 = values.iter().map(|(w, v)| w * v).sum();
-    let mean = |part: &[(f64, f64)]| part.iter().map(|(_, v)| v).sum::<f64>() / 3.0;
-    let off = (mean(&values[1..4]) - fine).abs().max((mean(&values[4..]) - fine).abs());
-    let is_wide = a.dot(b).min(b.dot(c)).min(c.dot(a))
-        < WIDE * a.length_squared().min(b.length_squared()).min(c.length_squared());
-    if depth == 0 || (off <= limit * fine && !is_wide) {
-        nodes.iter().zip(values).for_each(|((w, p), (_, value))| node(*p, weight * w, value));
-        return;
-    }
-    let (ab, bc, ca) = ((a + b) * 0.5, (b + c) * 0.5, (c + a) * 0.5);
-    for part in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
-        triangle_nodes(f, part, (limit, depth - 1), 0.25 * weight, node);
-    }
 }

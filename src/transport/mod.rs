@@ -26,16 +26,14 @@ mod scatterer;
 mod specular;
 mod spherical;
 mod sun_images;
+mod sunlight;
 mod umbra;
 mod visible;
 mod window_paths;
 mod world;
 
 pub use chain::{Fork, Landing, Tint, follow};
-pub use daylight::{
-    DAYLIGHT_GROUPS, GROUND, SKY, SUN, Seen, deposit, mirrored_sun, pass_out, sun_direction, sun_factor,
-    visible_directions,
-};
+pub use daylight::{DAYLIGHT_GROUPS, GROUND, SKY, SUN, Seen, deposit, pass_out, visible_directions};
 pub use direct::{DirectScratch, direct, transmittance_to, visible_factor};
 pub use glass::{Glazing, GlazingUnit, Pane, Shares};
 pub use hung::{luminaire_in_sight, one_place_lx};
@@ -49,5 +47,6 @@ pub use rows::{Mirrored, Replica, RowSettings, Rows, Target};
 pub use scatterer::Scatterer;
 pub use specular::{Specular, Speculars};
 pub use sun_images::SunImages;
+pub use sunlight::{mirrored_sun, sun_direction, sun_factor};
 pub use window_paths::{WindowLook, WindowSight, window_along};
 pub use world::{Kind, World, cosine_direction};

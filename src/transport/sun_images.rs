@@ -8,9 +8,10 @@ use glam::DVec3;
 
 use super::caster::{MISS, Ray};
 use super::chain::Tint;
-use super::daylight::{pass, sun_direction};
+use super::daylight::pass;
 use super::points::Points;
 use super::specular::{Specular, Speculars};
+use super::sunlight::sun_direction;
 use super::world::{Kind, World};
 use crate::light::sun::{self, DIAMETER_DEG};
 use crate::mesh::{Surface, Surfaces};

@@ -8,8 +8,9 @@ use glam::DVec3;
 
 use super::caster::{MISS, Ray};
 use super::chain::Tint;
-use super::daylight::{SUN, pass_out, sun_direction};
+use super::daylight::{SUN, pass_out};
 use super::specular::Speculars;
+use super::sunlight::sun_direction;
 use super::world::World;
 use crate::light::sun::disc;
 

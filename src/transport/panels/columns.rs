@@ -13,11 +13,12 @@ use super::sight::panel_spots;
 use super::{CellSet, Lattice, Spot, Window, places};
 use crate::mesh::sample_polygon;
 use crate::transport::chain::Tint;
-use crate::transport::daylight::{DAYLIGHT_GROUPS, SUN, Seen, sun_factor, visible_directions};
+use crate::transport::daylight::{DAYLIGHT_GROUPS, SUN, Seen, visible_directions};
 use crate::transport::direct::DirectScratch;
 use crate::transport::optics::LANES;
 use crate::transport::points::{Points, seed};
 use crate::transport::scatterer::Scatterer;
+use crate::transport::sunlight::sun_factor;
 use crate::transport::world::World;
 
 /// Zones of all windows together.

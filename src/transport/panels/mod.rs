@@ -12,10 +12,11 @@ mod sight;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::daylight::{DAYLIGHT_GROUPS, GROUND, SKY, SUN, sun_factor, visible_directions};
+use super::daylight::{DAYLIGHT_GROUPS, GROUND, SKY, SUN, visible_directions};
 use super::direct::DirectScratch;
 use super::points::{Points, seed};
 use super::scatterer::Scatterer;
+use super::sunlight::sun_factor;
 use super::world::World;
 use crate::mesh::{Surface, clip_halfplane, sample_polygon};
 
