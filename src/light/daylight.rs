@@ -34,6 +34,9 @@ pub struct Daylight {
 /// Horizontal illuminance of the sky for which coefficients are worked out, lx: they do not depend on it.
 const COEFFICIENT_LX: f64 = 10_000.0;
 
+/// The sun's illuminance face on over that of a clear sky on the ground (CIE S 011, type 12, sun at 45°: 5 to 8).
+const CLEAR_SUN: f64 = 6.0;
+
 /// Amounts of a moment and what its sky looks like.
 struct Light {
     diffuse_lx: f64,
@@ -98,6 +101,14 @@ impl Daylight {
             facts: Vec::new(),
             warnings: Vec::new(),
         }
+    }
+
+    /// The same with a sun as strong as under a clear sky.
+    #[must_use]
+    pub(crate) fn with_clear_sun(mut self, sun: DVec3) -> Self {
+        self.sun = Some(sun);
+        self.sun_irradiance = self.sun_irradiance.scaled(CLEAR_SUN);
+        self
     }
 
     /// Horizontal illuminance under the whole sky without the sun, lx: what daylight factors refer to.

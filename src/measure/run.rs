@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::adaptive::{Adapted, Task};
 use super::alpha_opic::AlphaOpicScale;
 use super::appraisal::Appraisal;
-use super::coefficients::Coefficients;
+use super::coefficients::{Coefficients, typical_sun};
 use super::memory::Budget;
 use super::options::{Method, Progress, SolveOptions};
 use super::probe::{Probe, hidden};
@@ -23,7 +23,7 @@ use super::states::{Channels, State};
 use super::{appraisal, bsdf, classic, glare, ledger, path_tracing, picture, room_surfaces};
 use crate::error::{Error, Result};
 use crate::light::{Daylight, Emitter, Luminaire, Luminaires};
-use crate::scene::{Grid, MaterialKind, Receiver, Scene, Sensor};
+use crate::scene::{Daytime, Grid, MaterialKind, Receiver, Scene, Sensor};
 use crate::solve::Abreast;
 use crate::spectrum::{Bands, SpectralValue, Spectrum};
 use crate::transport::caster::{MISS, Ray};
@@ -149,7 +149,10 @@ pub fn coefficients(
     }
     let channels = Channels::one(&world);
     let task = Task { scene, world: &world, optics: &optics, channels: &channels, options, progress };
-    let mut adapted = task.refine()?;
+    let mut adapted = match typical_sun(&world, suns) {
+        Some(sun) => refine_in_the_sun(&task, day, sun)?,
+        None => task.refine()?,
+    };
     record.timings_s.append(&mut adapted.timings);
     describe(&task, &adapted, &mut record);
     record.settings.extend(bsdf::settings(scene, &world));
@@ -164,6 +167,16 @@ pub fn coefficients(
     let found = task.coefficients(&adapted, parts, suns)?;
     record.timings_s.push(("coefficients".into(), start.elapsed().as_secs_f64()));
     Ok((found, record))
+}
+
+/// The mesh and the rays that the tolerance wants where the sun shines into windows with a BSDF: they scatter it, and what the
+/// even sky wants is too little for that.
+fn refine_in_the_sun(task: &Task<'_>, day: &Daytime, sun: DVec3) -> Result<Adapted> {
+    let &Task { scene, options, .. } = task;
+    let light = Daylight::uniform(day).with_clear_sun(sun);
+    let world = World::with_daylight(scene, Some(light)).glaze(options.tolerance, options.seed);
+    let optics = Optics::new(scene, &world, task.optics.bands.clone());
+    Task { world: &world, optics: &optics, channels: &Channels::one(&world), ..*task }.refine()
 }
 
 fn no_face() -> Error {

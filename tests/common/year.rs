@@ -97,6 +97,17 @@ pub struct Agreement {
 }
 
 impl Agreement {
+    /// Both together.
+    #[must_use]
+    pub fn with(self, other: Self) -> Self {
+        Self {
+            count: self.count + other.count,
+            inside: self.inside + other.inside,
+            squares: self.squares + other.squares,
+            differences: self.differences + other.differences,
+        }
+    }
+
     /// Relative, over all values.
     pub fn rms(&self) -> f64 {
         (self.squares / self.count as f64).sqrt()
@@ -121,26 +132,36 @@ pub fn against_moments(
     (tolerance, count): (f64, usize),
     wanted: impl Fn(&Hour) -> bool,
 ) -> Agreement {
-    let grid = &y.grids[0];
-    let hours: Vec<usize> = (0..grid.series.hours).filter(|t| wanted(&y.climate.hours[*t])).collect();
+    let hours: Vec<usize> = hours_of(y, wanted);
     assert!(hours.len() >= count, "{} hours", hours.len());
+    let chosen = (0..count).map(|k| hours[(2 * k + 1) * hours.len() / (2 * count)]);
+    chosen.map(|t| against_moment(scene, y, tolerance, t)).fold(Agreement::default(), Agreement::with)
+}
+
+/// The hours that are `wanted`.
+pub fn hours_of(y: &Year, wanted: impl Fn(&Hour) -> bool) -> Vec<usize> {
+    (0..y.climate.hours.len()).filter(|t| wanted(&y.climate.hours[*t])).collect()
+}
+
+/// Solves one hour of a year, of which it is given the number, at a tolerance.
+pub fn against_moment(scene: &Scene, y: &Year, tolerance: f64, number: usize) -> Agreement {
+    let hour = &y.climate.hours[number];
+    let mut scene = scene.clone();
+    let clock = ClockTime {
+        year: CALENDAR_YEAR,
+        month: hour.month,
+        day: hour.day,
+        hours: hour.sun_h,
+        utc_offset_h: y.utc_offset_h,
+        is_utc: false,
+    };
+    let site = scene.daytime.as_mut().and_then(|d| d.site.as_mut()).expect("a site");
+    site.time = Some(Placed { value: clock, line: 1 });
+    let m = solve(&scene, &within(tolerance));
     let mut agreement = Agreement::default();
-    for t in (0..count).map(|k| hours[(2 * k + 1) * hours.len() / (2 * count)]) {
-        let hour = &y.climate.hours[t];
-        let mut scene = scene.clone();
-        let clock = ClockTime {
-            year: CALENDAR_YEAR,
-            month: hour.month,
-            day: hour.day,
-            hours: hour.sun_h,
-            utc_offset_h: y.utc_offset_h,
-            is_utc: false,
-        };
-        let site = scene.daytime.as_mut().and_then(|d| d.site.as_mut()).expect("a site");
-        site.time = Some(Placed { value: clock, line: 1 });
-        let m = solve(&scene, &within(tolerance));
-        for (i, sensor) in m.grids[0].sensors.iter().enumerate().filter(|(_, s)| s.xyz[1] > 50.0) {
-            let (found, stated) = (f64::from(grid.series.of(i)[t]), f64::from(grid.series.error_of(i)[t]));
+    for (year, moment) in y.grids.iter().zip(&m.grids) {
+        for (i, sensor) in moment.sensors.iter().enumerate().filter(|(_, s)| s.xyz[1] > 50.0) {
+            let [found, stated] = [year.series.of(i), year.series.error_of(i)].map(|row| f64::from(row[number]));
             let off = found / sensor.xyz[1] - 1.0;
             agreement.count += 1;
             agreement.inside += usize::from((found - sensor.xyz[1]).abs() <= stated + sensor.error_lx);

@@ -211,6 +211,21 @@ fn opening(blinds: &[u8], panes: &[u32]) -> usize {
     panes.iter().map(|p| usize::from(blinds[*p as usize])).find(|b| *b > 0).unwrap_or(0)
 }
 
+/// Of the directions from which the sun shines into windows with a BSDF, the one nearest to their mean.
+#[must_use]
+pub(super) fn typical_sun(world: &World, suns: &[DVec3]) -> Option<DVec3> {
+    let surfaces = || world.surfaces.list.iter().enumerate();
+    let shines_in = |sun: &&DVec3| {
+        surfaces().any(|(i, s)| {
+            let cosine = s.normal.dot(**sun);
+            world.scatterer(i as u32).is_some_and(|scatterer| scatterer.incoming(cosine > 0.0) > 0)
+        })
+    };
+    let lit: Vec<DVec3> = suns.iter().filter(shines_in).copied().collect();
+    let mean: DVec3 = lit.iter().sum();
+    lit.into_iter().max_by(|a, b| a.dot(mean).total_cmp(&b.dot(mean)))
+}
+
 /// What has a right-hand side of its own.
 struct Columns {
     /// Patches by opening.
