@@ -40,10 +40,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         ..AnnualOptions::default()
     };
     let year = annual::annual(&scene, &options, &Silent)?;
-    let kinds: [(&str, fn(&Hour) -> bool); 2] = [("sunny", is_sunny), ("cloudy", is_cloudy)];
-    for ((name, wanted), count) in kinds.into_iter().zip(counts) {
-        print(name, &of_kind(&scene, &year, wanted, (name, count)));
-    }
+    print("sunny", &of_kind(&scene, &year, is_sunny, ("sunny", counts[0])));
+    print("cloudy", &of_kind(&scene, &year, is_cloudy, ("cloudy", counts[1])));
     Ok(())
 }
 
