@@ -24,6 +24,11 @@ const MAX_REFLECTIONS: u32 = 16;
 /// A landing: surface, side, place on it.
 pub(super) type Landed = (usize, bool, DVec2);
 
+/// The importance that landings tell.
+fn importance(landings: &[Landed]) -> Importance {
+    Importance::new(landings.iter().map(|l| (l.0 as u32, l.2)).collect())
+}
+
 /// What sensors and pixels ask for, at first hand and at any other.
 pub(super) struct Demand {
     pub(super) landings: Vec<Landed>,
@@ -50,21 +55,26 @@ impl Task<'_> {
             |p: &Probe, (surface, _, uv): &Landed| self.world.surfaces.list[*surface].point(*uv).distance(p.position);
         let distances = sensors.iter().zip(&from_sensors).flat_map(|(p, l)| l.iter().map(|l| distance(p, l)));
         let reach = if from_sensors.is_empty() { 1.0 } else { super::statement::median(distances.collect()) };
-        // What rows take for all that light reaches has to be there: hardly an element may be missed.
-        let area: f64 = self.world.surfaces.list.iter().map(|s| s.area).sum();
-        let cells = area / self.first_size(reach).powi(2);
-        let walks = ((WALKS_A_CELL * cells) as usize).clamp(FEWEST_WALKS, MOST_WALKS);
-        let more = look(count..count.max((walks / sensors.len().max(1)) as u32));
         let from_views = self.scene.views.iter().map(|v| super::picture::demand(self.world, self.optics, v, self));
-        let first: Vec<Landed> = from_sensors.into_iter().chain(more).chain(from_views).flatten().collect();
-        let landings = self.walk(&first);
-        let importance = Importance::new(landings.iter().map(|l| (l.0 as u32, l.2)).collect());
-        Demand { landings, reach, importance }
+        let first: Vec<Landed> = from_sensors.into_iter().chain(from_views).flatten().collect();
+        let mut landings = self.walk(&first, 0);
+        // What rows take for all that light reaches has to be there: hardly an element may be missed where it matters.
+        let size = self.first_size(reach);
+        let mut walked = count;
+        for least in [FEWEST_WALKS, 0] {
+            let felt = importance(&landings).felt_area(&self.world.surfaces, size);
+            let walks = ((WALKS_A_CELL * felt / size.powi(2)) as usize).clamp(least, MOST_WALKS);
+            let each = walked.max((walks / sensors.len().max(1)) as u32);
+            let more: Vec<Landed> = look(walked..each).into_iter().flatten().collect();
+            landings.append(&mut self.walk(&more, landings.len()));
+            walked = each;
+        }
+        Demand { reach, importance: importance(&landings), landings }
     }
 
     /// Where the light that the sensors feel comes from, at first hand and at any other: walks from the first landings,
-    /// which go on at each with the chance of its reflectance in the brightest band.
-    fn walk(&self, first: &[Landed]) -> Vec<Landed> {
+    /// which go on at each with the chance of its reflectance in the brightest band; numbered from `number` on.
+    fn walk(&self, first: &[Landed], number: usize) -> Vec<Landed> {
         let found: Vec<Vec<Landed>> = first
             .par_iter()
             .enumerate()
@@ -72,7 +82,7 @@ impl Task<'_> {
             .map(|(walk, start)| {
                 let mut at = *start;
                 let mut list = vec![at];
-                let points = Points::new(seed(&[self.options.seed, stream::WALK, walk as u64]));
+                let points = Points::new(seed(&[self.options.seed, stream::WALK, (number + walk) as u64]));
                 for bounce in 0..MAX_REFLECTIONS {
                     let surface = &self.world.surfaces.list[at.0];
                     let mut chance = points.get(bounce, 4);

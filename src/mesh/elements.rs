@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use glam::{DVec2, DVec3};
 
-use super::importance::{Importance, Tiles};
+use super::importance::{Importance, Tiles, most_at};
 use super::polygon::{clip_halfplane, clip_line, polygon_area};
 use super::surfaces::{Surface, Surfaces};
 
@@ -101,8 +101,7 @@ impl Elements {
     /// An empty mesh with cells of about `size`, joined to blocks where importance is thin.
     #[must_use]
     pub fn new(surfaces: &Surfaces, size: f64, importance: &Importance) -> Self {
-        let count = |side: f64| ((side / size - 1e-6).ceil().clamp(1.0, 32_000.0)) as usize;
-        let cells: Vec<[usize; 2]> = surfaces.list.iter().map(|s| [count(s.extent.x), count(s.extent.y)]).collect();
+        let cells = surfaces.cells(size);
         let tiles = importance.tiles(&surfaces.list, &cells);
         let mut grids = Vec::with_capacity(surfaces.list.len());
         let mut used = 0;
@@ -275,8 +274,19 @@ impl Elements {
     /// Side of a block of that name, in sides of a cell.
     #[must_use]
     pub fn block_side(&self, key: ElementKey) -> f64 {
+        f64::from(1 << self.level(key))
+    }
+
+    /// What an element is worth, at most, of a cell in a place of typical importance.
+    #[must_use]
+    pub fn worth(&self, element: &Element) -> f64 {
+        let step = self.grids[element.surface as usize].step;
+        (element.area / (step.x * step.y) * most_at(self.level(element.key))).min(1.0)
+    }
+
+    fn level(&self, key: ElementKey) -> u32 {
         let grid = &self.grids[key.surface()];
-        f64::from(1 << grid.tiles.level(key.cell() % grid.cells[0], key.cell() / grid.cells[0]))
+        grid.tiles.level(key.cell() % grid.cells[0], key.cell() / grid.cells[0])
     }
 }
 

@@ -8,7 +8,7 @@
 
 use glam::DVec2;
 
-use super::surfaces::Surface;
+use super::surfaces::{Surface, Surfaces};
 
 /// Side of a tile, the largest block, in cells: 2 to this power.
 pub(super) const TILE_LEVEL: u32 = 4;
@@ -36,21 +36,37 @@ impl Importance {
         Self { landings }
     }
 
+    /// Area on which importance lies: as large as the scene where all is as important, smaller where parts are not felt.
+    #[must_use]
+    pub fn felt_area(&self, surfaces: &Surfaces, size: f64) -> f64 {
+        let typical = typical(&self.counts(&surfaces.list, &surfaces.cells(size)));
+        if typical > 0.0 { self.landings.len() as f64 / typical } else { 0.0 }
+    }
+
     /// Levels of the tiles of all surfaces, whose grids have these numbers of cells.
     pub(super) fn tiles(&self, surfaces: &[Surface], cells: &[[usize; 2]]) -> Vec<Tiles> {
-        let mut grids: Vec<Counts> = surfaces.iter().zip(cells).map(|(s, c)| Counts::new(s, *c)).collect();
-        for (surface, uv) in &self.landings {
-            grids[*surface as usize].enter(*uv);
-        }
-        let all = || grids.iter().flat_map(Counts::tiles);
-        let (squares, sum) = all().fold((0.0, 0.0), |(q, s), (count, area)| (q + count * count / area, s + count));
-        // Where importance lies: the mean density of a landing's own tile.
-        let typical = if sum > 0.0 { squares / sum } else { 0.0 };
+        let grids = self.counts(surfaces, cells);
+        let typical = typical(&grids);
         grids
             .iter()
             .map(|g| Tiles { columns: g.columns, levels: g.tiles().map(|(c, a)| level(c, typical * a)).collect() })
             .collect()
     }
+
+    fn counts(&self, surfaces: &[Surface], cells: &[[usize; 2]]) -> Vec<Counts> {
+        let mut grids: Vec<Counts> = surfaces.iter().zip(cells).map(|(s, c)| Counts::new(s, *c)).collect();
+        for (surface, uv) in &self.landings {
+            grids[*surface as usize].enter(*uv);
+        }
+        grids
+    }
+}
+
+/// Density of landings where importance lies: the mean over all landings of how many others there are to an area.
+fn typical(grids: &[Counts]) -> f64 {
+    let all = grids.iter().flat_map(Counts::tiles);
+    let (pairs, sum) = all.fold((0.0, 0.0), |(p, s), (count, area)| (p + count * (count - 1.0) / area, s + count));
+    if sum > 0.0 { pairs / sum } else { 0.0 }
 }
 
 /// One landing more than there was, lest chance look like emptiness where few were to be expected.
@@ -60,6 +76,11 @@ fn level(count: f64, typical: f64) -> u8 {
         return 0;
     }
     (1.0 + (THIN / share).log(4.0)).min(f64::from(TILE_LEVEL)) as u8
+}
+
+/// Largest importance of a place with blocks of that level, as a share of what is typical.
+pub(super) fn most_at(level: u32) -> f64 {
+    if level == 0 { 1.0 } else { THIN * 0.25f64.powi(level as i32 - 1) }
 }
 
 impl Tiles {

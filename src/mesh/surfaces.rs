@@ -173,6 +173,12 @@ pub struct Surfaces {
 }
 
 impl Surfaces {
+    /// Cells along the two sides of every surface, of about `size`.
+    pub(super) fn cells(&self, size: f64) -> Vec<[usize; 2]> {
+        let count = |side: f64| ((side / size - 1e-6).ceil().clamp(1.0, 32_000.0)) as usize;
+        self.list.iter().map(|s| [count(s.extent.x), count(s.extent.y)]).collect()
+    }
+
     /// Moves the scene to its own centre and size, and finds solids and contact lines.
     #[must_use]
     pub fn new(scene: &Scene) -> Self {

@@ -33,8 +33,10 @@ pub(super) const MANY_RAYS: u32 = 256;
 const VERTEX_WIDTH: f64 = 0.7;
 /// At one of many places of an element.
 pub(super) const ROUGH_RAYS: u32 = 8;
-/// Diameter of a lamp over its distance up to which one place on it tells its light at one of many points.
+/// Diameter of a lamp over its distance up to which one place on it tells its light at one of many points; and where the
+/// lamp was drawn out of several, of which any might have been hidden.
 pub(super) const SMALL_LAMP: f64 = 0.125;
+const SMALL_DRAWN: f64 = 0.5;
 
 /// Buffers of one thread, and what was done with them.
 #[derive(Debug, Default)]
@@ -51,6 +53,8 @@ pub struct DirectScratch {
     pub(super) strength: Vec<f64>,
     /// Is the point one of many, which make up for what one misses?
     pub(super) is_one_of_many: bool,
+    /// Was the source at work drawn out of several?
+    pub(super) is_drawn: bool,
     /// The set of cells that is read of windows with a BSDF.
     pub set: usize,
     /// The side of a window with a BSDF that receives the light: what passes it does not count.
@@ -128,8 +132,9 @@ pub(super) fn add_source(
     out: &mut [f64],
 ) {
     let sample = sample ^ ((k as u64) << 32);
+    let small = if scratch.is_drawn { SMALL_DRAWN } else { SMALL_LAMP };
     let (group, light) = match source(world, k) {
-        Source::Side(e) if scratch.is_one_of_many && world.lamps().is_small(k, x, SMALL_LAMP) => {
+        Source::Side(e) if scratch.is_one_of_many && world.lamps().is_small(k, x, small) => {
             (e.group, factor_by_ray(world, e, (x, normal), sample, scratch))
         }
         Source::Side(e) => (e.group, visible_factor(world, e, x, normal, sample, scratch)),

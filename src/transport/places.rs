@@ -183,6 +183,7 @@ impl DirectScratch {
         let chosen = minor.partition_point(|m| m.1 <= want).min(minor.len() - 1);
         let (look, upto) = minor[chosen];
         let times = times * all / (upto - if chosen > 0 { minor[chosen - 1].1 } else { 0.0 });
+        self.is_drawn = true;
         match look {
             Look::Source(k) => add_source(world, k, at, times, sample, self, out),
             Look::Cluster(c) => {
@@ -191,6 +192,7 @@ impl DirectScratch {
                 }
             }
         }
+        self.is_drawn = false;
     }
 }
 

@@ -143,8 +143,8 @@ impl Sample {
 
 struct Expanded {
     samples: Vec<Sample>,
-    /// Samples that look along what passes a window with a BSDF.
-    passed: usize,
+    /// Samples that say nothing of what is covered: along what passes a window with a BSDF, or not worth a ray.
+    unused: usize,
     direct: Vec<f32>,
     rays: u64,
     factors: u64,
@@ -225,7 +225,7 @@ impl Rows {
             mesh.make(&world.surfaces, key.other_side());
         }
         let stays = world.scatterer(surface).map_or(1.0, |s| s.stays(mesh.list()[i as usize].front) as f32);
-        self.valid.push(stays * (1.0 - (covered - e.passed) as f32 / (e.samples.len() - e.passed).max(1) as f32));
+        self.valid.push(stays * (1.0 - (covered - e.unused) as f32 / (e.samples.len() - e.unused).max(1) as f32));
         for (r, d) in self.replicas.iter_mut().zip(e.direct.chunks_exact(optics.columns().max(1))) {
             r.direct.extend_from_slice(&d[..self.groups]);
             if let Some(irradiance) = optics.tinted_irradiance(&d[self.groups..]) {
@@ -291,7 +291,7 @@ impl<'a> Worker<'a> {
         let (replicas, rays) = (self.settings.replicas, self.settings.rays);
         let mut out = Expanded {
             samples: Vec::with_capacity(replicas * rays),
-            passed: 0,
+            unused: 0,
             direct: vec![0.0; replicas * columns.max(1)],
             rays: 0,
             factors: 0,
@@ -299,12 +299,13 @@ impl<'a> Worker<'a> {
         let mut counted = vec![0u32; replicas];
         let (mut suns, mut skies) = (vec![0u32; replicas], vec![0u32; replicas]);
         let (rays_before, factors_before) = (self.scratch.rays, self.scratch.factors);
-        // What is worth fewer elements is worth fewer places.
-        let lit_every = (self.settings.lit_every * mesh.block_side(element.key) as usize).min(rays);
+        // What is worth less than an element is worth fewer rays, and what is worth fewer elements fewer places.
+        let used = ((rays as f64 * mesh.worth(element)).ceil() as usize).next_power_of_two().min(rays);
+        let lit_every = (self.settings.lit_every * mesh.block_side(element.key) as usize).min(used);
         let outline: Vec<DVec3> = element.outline.iter().map(|uv| surface.point(*uv)).collect();
         let scatterer = self.world.scatterer(element.surface);
         self.scratch.receiver = scatterer.map(|_| (element.surface, element.front));
-        self.scratch.within(self.world, &outline, normal, lit_every, rays);
+        self.scratch.within(self.world, &outline, normal, lit_every, used);
         let mut through = vec![0.0; columns];
         for r in 0..replicas {
             through.fill(0.0);
@@ -314,27 +315,28 @@ impl<'a> Worker<'a> {
             let stream = seed(&[self.settings.seed, element.key.family(), r as u64]);
             let points = Points::new(stream);
             let morton = mesh.morton(element);
-            let first = morton.wrapping_mul(rays as u32);
             // Points of one number modulo the rays lie on one side of every element: neighbours take turns.
             let turn = (stream as u32).wrapping_add(morton.wrapping_mul(3)) as usize % rays;
+            let first = morton.wrapping_mul(rays as u32).wrapping_add((turn - turn % used) as u32);
+            let turn = turn % used;
             self.rays.clear();
-            for k in 0..rays as u32 {
+            for k in 0..used as u32 {
                 let (a, b) = points.pair(first.wrapping_add(k), 0);
                 let (c, d) = points.pair(first.wrapping_add(k), 2);
                 let start = self.world.lift(element.sample(surface, a, b), normal);
                 self.rays.push(Ray::new(start, cosine_direction(normal, c, d)));
             }
             self.hits.clear();
-            self.hits.resize(rays, Hit { t: 0.0, surface: MISS });
+            self.hits.resize(used, Hit { t: 0.0, surface: MISS });
             self.world.caster.closest_batch(&self.rays, &mut self.hits);
-            out.rays += rays as u64;
-            for k in 0..rays {
+            out.rays += used as u64;
+            for k in 0..used {
                 let number = first.wrapping_add(k as u32);
                 let along = self.rays[k].along();
                 // What passes is no light of the element's own.
                 let passes = |s: &Scatterer| points.get(number, 5) < s.passed(surface, element.front, along);
                 let sample = if scatterer.is_some_and(passes) {
-                    out.passed += 1;
+                    out.unused += 1;
                     Sample::covered()
                 } else {
                     self.sample(mesh, k, points.get(number, 4), &mut out.rays)
@@ -361,9 +363,11 @@ impl<'a> Worker<'a> {
                 }
                 out.samples.push(sample);
             }
+            out.unused += rays - used;
+            out.samples.extend((used..rays).map(|_| Sample::covered()));
             if counted[r] > 0 {
                 // The mean over the element's samples, of which some may be covered, takes in all that arrives.
-                let (times, sample) = (rays as f64, seed(&[stream, u64::from(first)]));
+                let (times, sample) = (used as f64, seed(&[stream, u64::from(first)]));
                 let to = &mut out.direct[r * columns..];
                 self.scratch.add_close(self.world, (&outline, element.area), normal, (times, sample), to);
             }
