@@ -10,7 +10,7 @@ use glam::DVec3;
 use super::receiver::Facing;
 use super::solved::{Solved, dot};
 use crate::mesh::NO_ELEMENT;
-use crate::transport::caster::{Hit, MISS, Ray};
+use crate::transport::caster::{Bundle, Hit, MISS, Ray};
 use crate::transport::points::{Points, seed};
 use crate::transport::{
     DirectScratch, Fork, Landing, Optics, PANEL_SETS, Tint, World, chance_weight, cosine_direction, deposit, direct,
@@ -24,7 +24,8 @@ pub(super) const REPLICAS: usize = 4;
 const MAX_BOUNCES: u32 = 64;
 /// A path this weak is ended or strengthened by chance.
 const ROULETTE: f32 = 0.05;
-const BATCH: usize = 64;
+/// Rays cast together.
+const BATCH: usize = 256;
 /// Every so many rays the squares of all bands are summed as well.
 const SQUARES_EVERY: u32 = 4;
 
@@ -161,8 +162,7 @@ pub(super) struct Gatherer<'a> {
     /// Y of one ray, by channel.
     eye: Vec<f32>,
     factors: Vec<f64>,
-    rays: Vec<Ray>,
-    hits: Vec<Hit>,
+    bundle: Bundle,
     pub(super) cast: u64,
     /// Sum of the inverse distances to what the first rays met, in the program's frame.
     pub(super) nearness: f64,
@@ -212,8 +212,7 @@ impl<'a> Gatherer<'a> {
             value: vec![0.0; pad],
             eye: vec![0.0; field.optics.channels()],
             factors: vec![0.0; field.optics.columns()],
-            rays: Vec::new(),
-            hits: Vec::new(),
+            bundle: Bundle::default(),
             cast: 0,
             nearness: 0.0,
             trust: field.main.mesh.size,
@@ -281,25 +280,22 @@ impl<'a> Gatherer<'a> {
         let mut from = range.0;
         while from < range.1 {
             let to = (from + BATCH as u32).min(range.1);
-            let mut rays = std::mem::take(&mut self.rays);
-            let mut hits = std::mem::take(&mut self.hits);
-            rays.clear();
-            rays.extend((from..to).map(|k| {
+            let mut bundle = std::mem::take(&mut self.bundle);
+            bundle.rays.clear();
+            bundle.rays.extend((from..to).map(|k| {
                 let (a, b) = points.pair(k, 0);
                 Ray::new(x, facing.direction(a, b))
             }));
-            hits.clear();
-            hits.resize(rays.len(), Hit { t: 0.0, surface: MISS });
-            self.field.world.caster.closest_batch(&rays, &mut hits);
-            self.cast += rays.len() as u64;
-            let met = hits.iter().filter(|h| h.surface != MISS && h.t > 0.0);
+            bundle.cast(&self.field.world.caster);
+            self.cast += bundle.rays.len() as u64;
+            let met = bundle.hits.iter().filter(|h| h.surface != MISS && h.t > 0.0);
             self.nearness += met.map(|h| 1.0 / f64::from(h.t)).sum::<f64>();
-            for (i, (ray, hit)) in rays.iter().zip(&hits).enumerate() {
+            for (i, (ray, hit)) in bundle.rays.iter().zip(&bundle.hits).enumerate() {
                 let k = from + i as u32;
                 let (end, plain) = self.trace(*ray, *hit, &points, k, stream);
                 visit(self, k, end, plain);
             }
-            (self.rays, self.hits) = (rays, hits);
+            self.bundle = bundle;
             from = to;
         }
     }

@@ -16,9 +16,18 @@ pub(super) struct Node {
     pub(super) low: [[f32; WIDTH]; 3],
     pub(super) high: [[f32; WIDTH]; 3],
     pub(super) child: [u32; WIDTH],
+    children: u32,
 }
 
-/// Eight triangles, by vertex and axis; unused lanes are points at infinity's near side that nothing hits.
+impl Node {
+    /// Lanes with children, in bits.
+    #[inline(always)]
+    pub(super) fn used(&self) -> u32 {
+        (1 << self.children) - 1
+    }
+}
+
+/// Eight triangles, by vertex and axis; unused lanes come last and hold no numbers, which nothing hits.
 #[derive(Clone, Debug)]
 #[repr(align(64))]
 pub(super) struct Leaf {
@@ -42,8 +51,6 @@ pub(super) const MOST_LEVELS: usize = 36;
 /// The tree: `nodes[0]` is the root.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Tree {
-    /// Nodes one below the other.
-    pub(super) levels: usize,
     pub(super) nodes: Vec<Node>,
     pub(super) leaves: Vec<Leaf>,
 }
@@ -94,9 +101,13 @@ impl Tree {
     }
 
     fn node(&mut self, items: &mut [Item], level: usize) -> u32 {
-        self.levels = self.levels.max(level);
         let index = self.nodes.len() as u32;
-        self.nodes.push(Node { low: [[f32::INFINITY; 8]; 3], high: [[f32::NEG_INFINITY; 8]; 3], child: [EMPTY; 8] });
+        self.nodes.push(Node {
+            low: [[f32::INFINITY; WIDTH]; 3],
+            high: [[f32::NEG_INFINITY; WIDTH]; 3],
+            child: [EMPTY; WIDTH],
+            children: 0,
+        });
         for (lane, (part, bounds)) in split_in_eight(items, level < HEURISTIC_LEVELS).into_iter().enumerate() {
             let child = if part.len() <= WIDTH { self.leaf(part) } else { self.node(part, level + 1) };
             let node = &mut self.nodes[index as usize];
@@ -105,12 +116,13 @@ impl Tree {
                 node.high[axis][lane] = bounds.high[axis];
             }
             node.child[lane] = child;
+            node.children += 1;
         }
         index
     }
 
     fn leaf(&mut self, items: &[Item]) -> u32 {
-        let mut leaf = Leaf { vertex: [[[0.0; WIDTH]; 3]; 3], surface: [EMPTY; WIDTH] };
+        let mut leaf = Leaf { vertex: [[[f32::NAN; WIDTH]; 3]; 3], surface: [EMPTY; WIDTH] };
         for (lane, item) in items.iter().enumerate() {
             for (v, p) in item.triangle.vertices.iter().enumerate() {
                 for axis in 0..3 {

@@ -60,6 +60,45 @@ pub struct Hit {
 /// The surface of a ray that met nothing.
 pub const MISS: u32 = EMPTY;
 
+/// Rays that begin near each other and go anywhere, and what they met: cast in an order of like directions.
+#[derive(Clone, Debug, Default)]
+pub struct Bundle {
+    /// The rays, in the caller's order.
+    pub rays: Vec<Ray>,
+    /// What each met.
+    pub hits: Vec<Hit>,
+    order: Vec<(u8, u32)>,
+    ordered: Vec<Ray>,
+    met: Vec<Hit>,
+}
+
+impl Bundle {
+    /// Casts the rays.
+    pub fn cast(&mut self, caster: &Caster) {
+        let nothing = Hit { t: 0.0, surface: MISS };
+        let Self { rays, hits, order, ordered, met } = self;
+        order.clear();
+        order.extend(rays.iter().zip(0..).map(|(r, k)| (region(r), k)));
+        order.sort_unstable();
+        ordered.clear();
+        ordered.extend(order.iter().map(|(_, k)| rays[*k as usize]));
+        met.clear();
+        met.resize(rays.len(), nothing);
+        caster.closest_batch(ordered, met);
+        hits.clear();
+        hits.resize(rays.len(), nothing);
+        order.iter().zip(met).for_each(|((_, k), hit)| hits[*k as usize] = *hit);
+    }
+}
+
+/// Region of the sphere in which a ray goes: the octant, and which of its axes is nearest.
+fn region(ray: &Ray) -> u8 {
+    let [x, y, z] = ray.direction;
+    let octant = u8::from(x < 0.0) << 2 | u8::from(y < 0.0) << 1 | u8::from(z < 0.0);
+    let nearest = if y.abs() < x.abs() && z.abs() < x.abs() { 0 } else { 2 - u8::from(z.abs() < y.abs()) };
+    octant << 2 | nearest
+}
+
 /// Closest hits against the surfaces of a scene.
 #[derive(Clone, Debug)]
 pub struct Caster {

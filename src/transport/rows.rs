@@ -6,7 +6,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::caster::{Hit, MISS, Ray};
+use super::caster::{Bundle, Ray};
 use super::chain::{Fork, Landing, Tint, follow};
 use super::daylight::{GROUND, SKY, SUN};
 use super::direct::{DirectScratch, add_windows};
@@ -257,6 +257,28 @@ impl Rows {
     }
 }
 
+/// The points of an element's rays in one replica.
+struct Set {
+    stream: u64,
+    points: Points,
+    /// Number of the first.
+    first: u32,
+    /// Which of the rays looks at the sky.
+    turn: usize,
+}
+
+impl Set {
+    /// Neighbours take neighbouring stretches of one sequence: together their rays are as well spread as one element's, and
+    /// their errors cancel where a sensor sees many of them.
+    fn new(settings: &RowSettings, (family, replica): (u64, usize), morton: u32, used: usize) -> Self {
+        let stream = seed(&[settings.seed, family, replica as u64]);
+        // Points of one number modulo the rays lie on one side of every element: neighbours take turns.
+        let turn = (stream as u32).wrapping_add(morton.wrapping_mul(3)) as usize % settings.rays;
+        let first = morton.wrapping_mul(settings.rays as u32).wrapping_add((turn - turn % used) as u32);
+        Self { stream, points: Points::new(stream), first, turn: turn % used }
+    }
+}
+
 /// Buffers of one thread.
 struct Worker<'a> {
     world: &'a World,
@@ -264,8 +286,7 @@ struct Worker<'a> {
     settings: &'a RowSettings,
     scratch: DirectScratch,
     tint: Tint,
-    rays: Vec<Ray>,
-    hits: Vec<Hit>,
+    bundle: Bundle,
     factors: Vec<f64>,
 }
 
@@ -277,8 +298,7 @@ impl<'a> Worker<'a> {
             settings,
             scratch: DirectScratch::default().in_bands(optics),
             tint: Tint::new(optics.pad),
-            rays: Vec::new(),
-            hits: Vec::new(),
+            bundle: Bundle::default(),
             factors: vec![0.0; optics.columns()],
         }
     }
@@ -306,45 +326,39 @@ impl<'a> Worker<'a> {
         let scatterer = self.world.scatterer(element.surface);
         self.scratch.receiver = scatterer.map(|_| (element.surface, element.front));
         self.scratch.within(self.world, &outline, normal, lit_every, used);
+        let (morton, family) = (mesh.morton(element), element.key.family());
+        let sets: Vec<Set> = (0..replicas).map(|r| Set::new(self.settings, (family, r), morton, used)).collect();
+        self.bundle.rays.clear();
+        for set in &sets {
+            self.bundle.rays.extend((0..used as u32).map(|k| {
+                let (a, b) = set.points.pair(set.first.wrapping_add(k), 0);
+                let (c, d) = set.points.pair(set.first.wrapping_add(k), 2);
+                let start = self.world.lift(element.sample(surface, a, b), normal);
+                Ray::new(start, cosine_direction(normal, c, d))
+            }));
+        }
+        self.bundle.cast(&self.world.caster);
+        out.rays += (replicas * used) as u64;
         let mut through = vec![0.0; columns];
-        for r in 0..replicas {
+        for (r, Set { stream, points, first, turn }) in sets.into_iter().enumerate() {
             through.fill(0.0);
             self.scratch.set = r % PANEL_SETS;
-            // Neighbours take neighbouring stretches of one sequence: together their rays are as well spread as one
-            // element's, and their errors cancel where a sensor sees many of them.
-            let stream = seed(&[self.settings.seed, element.key.family(), r as u64]);
-            let points = Points::new(stream);
-            let morton = mesh.morton(element);
-            // Points of one number modulo the rays lie on one side of every element: neighbours take turns.
-            let turn = (stream as u32).wrapping_add(morton.wrapping_mul(3)) as usize % rays;
-            let first = morton.wrapping_mul(rays as u32).wrapping_add((turn - turn % used) as u32);
-            let turn = turn % used;
-            self.rays.clear();
-            for k in 0..used as u32 {
-                let (a, b) = points.pair(first.wrapping_add(k), 0);
-                let (c, d) = points.pair(first.wrapping_add(k), 2);
-                let start = self.world.lift(element.sample(surface, a, b), normal);
-                self.rays.push(Ray::new(start, cosine_direction(normal, c, d)));
-            }
-            self.hits.clear();
-            self.hits.resize(used, Hit { t: 0.0, surface: MISS });
-            self.world.caster.closest_batch(&self.rays, &mut self.hits);
-            out.rays += used as u64;
             for k in 0..used {
                 let number = first.wrapping_add(k as u32);
-                let along = self.rays[k].along();
+                let ray = self.bundle.rays[r * used + k];
+                let along = ray.along();
                 // What passes is no light of the element's own.
                 let passes = |s: &Scatterer| points.get(number, 5) < s.passed(surface, element.front, along);
                 let sample = if scatterer.is_some_and(passes) {
                     out.unused += 1;
                     Sample::covered()
                 } else {
-                    self.sample(mesh, k, points.get(number, 4), &mut out.rays)
+                    self.sample(mesh, r * used + k, points.get(number, 4), &mut out.rays)
                 };
                 if sample.target != Target::Covered && !self.world.glowing() {
                     counted[r] += 1;
                     self.factors.fill(0.0);
-                    let x = self.rays[k].at(0.0);
+                    let x = ray.at(0.0);
                     let shadow = seed(&[stream, u64::from(first), 1 + k as u64]);
                     // Sky and ground change slowly across an element: one place in each set is enough.
                     let sky = skies[r] == 0 && k >= turn;
@@ -389,8 +403,8 @@ impl<'a> Worker<'a> {
 
     fn sample(&mut self, mesh: &Elements, k: usize, choice: f64, rays: &mut u64) -> Sample {
         self.tint.reset();
-        let landing =
-            follow(self.world, self.optics, self.rays[k], self.hits[k], Fork::Chance(choice), &mut self.tint, rays);
+        let (ray, hit) = (self.bundle.rays[k], self.bundle.hits[k]);
+        let landing = follow(self.world, self.optics, ray, hit, Fork::Chance(choice), &mut self.tint, rays);
         let mut sample = Sample {
             key: None,
             target: Target::Escaped,
