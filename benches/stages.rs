@@ -1,4 +1,4 @@
-//! One stage at a time, on one thread: rays and direct light, in the Cornell box and in a hall of 20 000 triangles.
+//! One stage at a time: rays and direct light in the Cornell box, in a hall of 20,000 triangles and in a town of a million.
 
 mod common;
 
@@ -7,17 +7,20 @@ use std::path::Path;
 
 use clerestory::scene::{Build, Emission, Material, MaterialKind, Scene, load};
 use clerestory::spectrum::{SpectralValue, Spectrum};
-use clerestory::transport::caster::{Hit, MISS, Ray};
+use clerestory::transport::caster::{Bundle, Hit, MISS, Ray};
 use clerestory::transport::points::Points;
-use clerestory::transport::{DirectScratch, World, direct};
+use clerestory::transport::{DirectScratch, World, cosine_direction, direct};
 use common::timed;
 use glam::DVec3;
+use rayon::prelude::*;
 
 /// Side of the coherent raster.
 const RASTER: usize = 1024;
 const RAYS: usize = RASTER * RASTER;
 /// Times that all rays are cast: the clock of processor time ticks a hundred times a second.
 const PASSES: usize = 8;
+/// Rays of a hemisphere.
+const HEMISPHERE: usize = 256;
 /// Rays handed over at once.
 const BATCH: usize = 64;
 const POINTS: u32 = 100_000;
@@ -25,13 +28,17 @@ const POINTS: u32 = 100_000;
 fn main() {
     let cornell = Path::new(env!("CARGO_MANIFEST_DIR")).join("validation/cornell/points.toml");
     let room = load(&cornell).expect("the shipped scene is sound");
-    println!("One thread. Rays: closest hit, batches of {BATCH}. Direct: exact clipping, all lamps, per point.");
-    for (name, scene) in [("Cornell box", room), ("hall", hall())] {
+    println!("Rays: closest hit, on one thread, batches of {BATCH}. Direct: exact clipping, all lamps, per point.");
+    let hall = boxes(DVec3::new(40.0, 20.0, 8.0), 1660, 0.3);
+    let town = boxes(DVec3::new(400.0, 200.0, 12.0), 83_400, 0.6);
+    for (name, scene) in [("Cornell box", room), ("hall", hall), ("town", town)] {
         let triangles: usize = scene.faces.iter().map(|f| f.vertices.len() - 2).sum();
         let (world, took) = timed(|| World::new(&scene));
         println!("{name}: {triangles} triangles, {} lamps, built in {:.3} s", world.emitters.list.len(), took.wall_s);
         cast("coherent rays", &world, &coherent(&world));
+        bundles(&world);
         cast("incoherent rays", &world, &incoherent(&world));
+        two_threads(&world);
         light(&world);
     }
 }
@@ -53,6 +60,52 @@ fn cast(name: &str, world: &World, rays: &[Ray]) {
         cast / took.wall_s / 1e6,
         100.0 * met as f64 / cast
     );
+}
+
+/// Hemispheres of rays from places anywhere.
+fn bundles(world: &World) {
+    let (low, high) = bounds(world);
+    let (places, rays) = (Points::new(9), Points::new(10));
+    let mut bundle = Bundle::default();
+    let hemispheres: Vec<Vec<Ray>> = (0..(RAYS / HEMISPHERE) as u32)
+        .map(|i| {
+            let at = low + (high - low) * DVec3::from_array([0, 1, 2].map(|d| places.get(i, d)));
+            let ray = |k| {
+                let (a, b) = rays.pair(k, 0);
+                Ray::new(at, cosine_direction(DVec3::Z, a, b))
+            };
+            (0..HEMISPHERE as u32).map(ray).collect()
+        })
+        .collect();
+    let (met, took) = timed(|| {
+        let mut met = 0;
+        for rays in (0..PASSES).flat_map(|_| &hemispheres) {
+            bundle.rays.clone_from(rays);
+            bundle.cast(&world.caster);
+            met += bundle.hits.iter().filter(|h| h.surface != MISS).count();
+        }
+        met
+    });
+    println!(
+        "  hemispheres      {:>8.2} M rays a second of processor time, put in order; {:.0} % hit",
+        (PASSES * RAYS) as f64 / took.cpu_s / 1e6,
+        100.0 * met as f64 / (PASSES * RAYS) as f64
+    );
+}
+
+/// What a second thread adds.
+fn two_threads(world: &World) {
+    let rays = incoherent(world);
+    let took = [1, 2].map(|threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads start");
+        let cast = |rays: &[Ray]| {
+            let mut hits = vec![Hit { t: 0.0, surface: MISS }; rays.len()];
+            world.caster.closest_batch(rays, &mut hits);
+            hits.len()
+        };
+        timed(|| pool.install(|| rays.par_chunks(1 << 12).map(cast).sum::<usize>())).1.wall_s
+    });
+    println!("  two threads      {:>8.2} times as fast as one", took[0] / took[1]);
 }
 
 /// A camera's rays from the middle of the scene, tile by tile.
@@ -115,22 +168,24 @@ fn bounds(world: &World) -> (DVec3, DVec3) {
     (low + rim, high - rim)
 }
 
-/// 40 by 20 by 8 m, with eight lamps and 1660 turned boxes.
-fn hall() -> Scene {
+/// A hall of a size in metres, with eight lamps and turned boxes up to twice `big` wide.
+fn boxes(size: DVec3, count: u32, big: f64) -> Scene {
     let grey = |v: f64| MaterialKind::Diffuse { front: SpectralValue::Grey(v), back: SpectralValue::Grey(v) };
     let lamp = Emission { radiance: Spectrum::constant(1.0), two_sided: false, group: None };
     let mut build = Build::new();
     let walls = build.material(Material { name: "grey".into(), kind: grey(0.5), emission: None, outside: false });
     let lamp = build.material(Material { name: "lamp".into(), kind: grey(0.0), emission: Some(lamp), outside: false });
-    build.room(DVec3::ZERO, DVec3::new(40.0, 20.0, 8.0), [walls; 6]);
+    build.room(DVec3::ZERO, size, [walls; 6]);
     for k in 0..8 {
-        build.lamp(DVec3::new(5.0 + 10.0 * f64::from(k / 2), 5.0 + 10.0 * f64::from(k % 2), 7.9), 1.2, lamp);
+        let place = DVec3::new(0.125 + 0.25 * f64::from(k / 2), 0.25 + 0.5 * f64::from(k % 2), 1.0);
+        build.lamp(size * place - 0.1 * DVec3::Z, 1.2, lamp);
     }
     let points = Points::new(3);
-    for i in 0..1660 {
+    for i in 0..count {
         let [x, y, z, a, b, c, turn] = [0, 1, 2, 3, 4, 5, 6].map(|d| points.get(i, d));
-        let centre = DVec3::new(0.6 + 38.8 * x, 0.6 + 18.8 * y, 0.5 + 5.0 * z * z);
-        let half = DVec3::new(0.05 + 0.3 * a, 0.05 + 0.3 * b, 0.05 + 0.3 * c);
+        let low = DVec3::new(1.0, 1.0, 0.8);
+        let centre = low + (size - 2.0 * low - DVec3::Z) * DVec3::new(x, y, z * z);
+        let half = DVec3::splat(0.05) + big * DVec3::new(a, b, c);
         cuboid(centre, half, TAU * turn).iter().for_each(|v| {
             build.face(v, walls);
         });

@@ -67,7 +67,9 @@ pub struct Bundle {
     pub rays: Vec<Ray>,
     /// What each met.
     pub hits: Vec<Hit>,
-    order: Vec<(u8, u32)>,
+    regions: Vec<u8>,
+    /// Where each ray stands in the order of the regions.
+    places: Vec<u32>,
     ordered: Vec<Ray>,
     met: Vec<Hit>,
 }
@@ -75,28 +77,38 @@ pub struct Bundle {
 impl Bundle {
     /// Casts the rays.
     pub fn cast(&mut self, caster: &Caster) {
+        let Self { rays, hits, regions, places, ordered, met } = self;
         let nothing = Hit { t: 0.0, surface: MISS };
-        let Self { rays, hits, order, ordered, met } = self;
-        order.clear();
-        order.extend(rays.iter().zip(0..).map(|(r, k)| (region(r), k)));
-        order.sort_unstable();
+        let mut next = [0u32; REGIONS + 1];
+        regions.clear();
+        regions.extend(rays.iter().map(region));
+        regions.iter().for_each(|r| next[usize::from(*r) + 1] += 1);
+        (0..REGIONS).for_each(|r| next[r + 1] += next[r]);
+        places.clear();
         ordered.clear();
-        ordered.extend(order.iter().map(|(_, k)| rays[*k as usize]));
+        ordered.resize(rays.len(), Ray { origin: [0.0; 3], direction: [0.0; 3], t_max: 0.0 });
+        for (ray, region) in rays.iter().zip(regions) {
+            let place = &mut next[usize::from(*region)];
+            ordered[*place as usize] = *ray;
+            places.push(*place);
+            *place += 1;
+        }
         met.clear();
         met.resize(rays.len(), nothing);
         caster.closest_batch(ordered, met);
         hits.clear();
-        hits.resize(rays.len(), nothing);
-        order.iter().zip(met).for_each(|((_, k), hit)| hits[*k as usize] = *hit);
+        hits.extend(places.iter().map(|place| met[*place as usize]));
     }
 }
 
-/// Region of the sphere in which a ray goes: the octant, and which of its axes is nearest.
+const REGIONS: usize = 32;
+
+/// Region of the sphere in which a ray goes: the octant, and which of its axes are nearer than others.
 fn region(ray: &Ray) -> u8 {
     let [x, y, z] = ray.direction;
     let octant = u8::from(x < 0.0) << 2 | u8::from(y < 0.0) << 1 | u8::from(z < 0.0);
-    let nearest = if y.abs() < x.abs() && z.abs() < x.abs() { 0 } else { 2 - u8::from(z.abs() < y.abs()) };
-    octant << 2 | nearest
+    let (aside, along) = (u8::from(x.abs() < y.abs()), u8::from(x.abs().max(y.abs()) < z.abs()));
+    octant << 2 | aside << 1 | along
 }
 
 /// Closest hits against the surfaces of a scene.

@@ -8,7 +8,7 @@ mod sight;
 mod survey;
 mod tiles;
 
-use glam::{DVec2, DVec3};
+use glam::{DMat2, DVec2, DVec3};
 use rayon::prelude::*;
 
 use self::judge::{Noise, judge};
@@ -35,8 +35,8 @@ const ACROSS: usize = 4;
 const CONTRAST: f32 = 0.1;
 /// Rays of a sample that no record is near to, as a share of a record's.
 const ALONE: f64 = 0.25;
-/// Share of the tolerance by which neighbouring pixels may differ for the direct light of one to serve within the others.
-const EVEN: f64 = 0.5;
+/// Share of the tolerance by which neighbouring pixels may be off a plane for their direct light to serve between them.
+const EVEN: f64 = 0.25;
 const STREAM: u64 = 7;
 
 /// Places that the pixels' gather rays land on, for the mesh to be made.
@@ -334,17 +334,31 @@ impl<'a> Painter<'a> {
         })
     }
 
-    /// The nearest neighbour whose middle shows the same face: its direct light serves where all that do so are equally
-    /// bright within a share of the tolerance.
-    fn even_neighbour(&self, pixel: usize, sights: &[Sight], base: &Base, y: &[f32]) -> Option<usize> {
-        let first = sights.first().filter(|s| s.surface != MISS)?;
+    /// Direct light of a sample at a place from the middle of its pixel, in pixels, told by the neighbours whose middles
+    /// show the same face: along the plane through their luminances, where none is off it by more than a share of the
+    /// tolerance. A shadow's edge is no plane.
+    fn direct_beside(&self, pixel: usize, (sights, at): (&[Sight], DVec2), base: &Base, y: &[f32]) -> Option<Vec<f64>> {
+        sights.first().filter(|s| s.surface != MISS)?;
         let own = key(sights);
-        let alike: Vec<usize> = self.neighbours(pixel).filter(|p| key(&base.sights[*p]) == own).collect();
-        let (low, high) =
-            alike.iter().fold((f32::INFINITY, 0.0f32), |(low, high), p| (low.min(y[*p]), high.max(y[*p])));
-        let is_even = alike.len() > 1 && f64::from(high - low) <= EVEN * self.noise.tolerance * f64::from(high);
-        let away = |p: &usize| base.sights[*p][0].point.distance_squared(first.point);
-        alike.into_iter().filter(|_| is_even).min_by(|a, b| away(a).total_cmp(&away(b)))
+        let (column, row) = self.corner(pixel);
+        let middle = DVec2::new(column, row);
+        let alike: Vec<(usize, DVec2)> = self
+            .neighbours(pixel)
+            .filter(|p| key(&base.sights[*p]) == own)
+            .map(|p| (p, DVec2::from(self.corner(p)) - middle))
+            .collect();
+        let plane = Plane::new(alike.iter().map(|(_, at)| *at))?;
+        let told = |at: DVec2, of: &dyn Fn(usize) -> f64| -> f64 {
+            alike.iter().map(|(p, from)| plane.weight(*from, at) * of(*p)).sum()
+        };
+        let luminance = |p: usize| f64::from(y[p]);
+        let high = alike.iter().map(|(p, _)| luminance(*p)).fold(0.0, f64::max);
+        let allowed = EVEN * self.noise.tolerance * high;
+        let is_even = alike.iter().all(|(p, at)| (told(*at, &luminance) - luminance(*p)).abs() <= allowed);
+        is_even.then(|| {
+            let columns = self.task.optics.columns();
+            (0..columns).map(|c| told(at, &|p| base.direct[p][c]).max(0.0)).collect()
+        })
     }
 
     fn supersample(&self, pixel: usize, known: Known<'_>, y: &[f32], brush: &mut Brush<'_>) -> Vec<f32> {
@@ -353,18 +367,41 @@ impl<'a> Painter<'a> {
         let samples = ACROSS * ACROSS;
         let mut sights = std::mem::take(&mut brush.sights);
         for k in 0..samples {
-            let place = |j: usize| (j as f64 + 0.5) / ACROSS as f64;
+            let place = DVec2::new((k % ACROSS) as f64 + 0.5, (k / ACROSS) as f64 + 0.5) / ACROSS as f64;
             let (left, top) = self.corner(pixel);
-            let direction = self.camera.direction(left + place(k % ACROSS), top + place(k / ACROSS));
+            let direction = self.camera.direction(left + place.x, top + place.y);
             let Some(direction) = direction else { continue };
             look(world, optics, Ray::new(self.camera.eye(), direction), &mut sights);
             let sample = seed(&[pixel as u64, 1 + k as u64]);
-            let beside = self.even_neighbour(pixel, &sights, known.lit.base, y);
-            let first = beside.map(|p| &known.lit.base.direct[p][..]);
-            self.shine(known, (&sights, first), (sample, 1.0 / samples as f32), brush, &mut out);
+            let first = self.direct_beside(pixel, (&sights, place - 0.5), known.lit.base, y);
+            self.shine(known, (&sights, first.as_deref()), (sample, 1.0 / samples as f32), brush, &mut out);
         }
         brush.sights = sights;
         out
+    }
+}
+
+/// The plane of least squares through values at places.
+struct Plane {
+    mean: DVec2,
+    count: f64,
+    /// Of the covariance of the places.
+    inverse: DMat2,
+}
+
+impl Plane {
+    /// `None` where the places are too few to say whether the values lie on a plane.
+    fn new(places: impl ExactSizeIterator<Item = DVec2> + Clone) -> Option<Self> {
+        let count = places.len() as f64;
+        let mean = places.clone().sum::<DVec2>() / count;
+        let outer = |d: DVec2| DMat2::from_cols(d * d.x, d * d.y);
+        let spread = places.clone().map(|p| outer(p - mean)).fold(DMat2::ZERO, |a, b| a + b);
+        (places.len() > 3 && spread.determinant() > 0.1).then(|| Self { mean, count, inverse: spread.inverse() })
+    }
+
+    /// Weight that the value at one place has in the plane at another.
+    fn weight(&self, from: DVec2, at: DVec2) -> f64 {
+        1.0 / self.count + (at - self.mean).dot(self.inverse * (from - self.mean))
     }
 }
 
