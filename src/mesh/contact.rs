@@ -4,6 +4,7 @@
 //! elements are cut along these lines. A lamp under a ceiling and a mirror on a wall part dark from light as well.
 
 use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 
 use super::polygon::clip_line;
 use super::surfaces::{Surface, TOUCH};
@@ -34,24 +35,25 @@ fn within(list: &[Surface], mut order: Vec<u32>, margin: f64) -> Vec<Vec<u32>> {
             (low - margin, high + margin)
         })
         .collect();
-    order.sort_by(|a, b| boxes[*a as usize].0.x.total_cmp(&boxes[*b as usize].0.x));
+    order.par_sort_by(|a, b| boxes[*a as usize].0.x.total_cmp(&boxes[*b as usize].0.x));
+    let after = |(rank, i): (usize, &u32)| -> Vec<u32> {
+        let (low, high) = boxes[*i as usize];
+        let meets = |j: &&u32| {
+            let other = boxes[**j as usize];
+            other.0.cmple(high).all() && low.cmple(other.1).all()
+        };
+        // Sorted by the low end: sweep and prune.
+        order[rank + 1..].iter().take_while(|j| boxes[**j as usize].0.x <= high.x).filter(meets).copied().collect()
+    };
+    let pairs: Vec<Vec<u32>> = order.par_iter().enumerate().map(after).collect();
     let mut found = vec![Vec::new(); list.len()];
-    for (rank, &i) in order.iter().enumerate() {
-        let (low, high) = boxes[i as usize];
-        for &j in &order[rank + 1..] {
-            let other = boxes[j as usize];
-            if other.0.x > high.x {
-                break; // sorted by the low end: sweep and prune
-            }
-            if other.0.cmple(high).all() && low.cmple(other.1).all() {
-                found[i as usize].push(j);
-                found[j as usize].push(i);
-            }
+    for (i, others) in order.iter().zip(pairs) {
+        for j in others {
+            found[*i as usize].push(j);
+            found[j as usize].push(*i);
         }
     }
-    for f in &mut found {
-        f.sort_unstable();
-    }
+    found.par_iter_mut().for_each(|f| f.sort_unstable());
     found
 }
 
@@ -59,8 +61,8 @@ fn within(list: &[Surface], mut order: Vec<u32>, margin: f64) -> Vec<Vec<u32>> {
 pub(super) fn find_cuts(list: &mut [Surface], neighbours: &[Vec<u32>]) {
     let hovering = hovering(list);
     let cuts: Vec<Vec<[DVec2; 2]>> = list
-        .iter()
-        .zip(neighbours.iter().zip(&hovering))
+        .par_iter()
+        .zip(neighbours.par_iter().zip(&hovering))
         .map(|(s, (touching, hovering))| cuts_of(s, touching.iter().chain(hovering).map(|j| &list[*j as usize])))
         .collect();
     for (s, c) in list.iter_mut().zip(cuts) {

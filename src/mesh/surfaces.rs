@@ -1,6 +1,7 @@
 //! Faces of the scene about a local origin, scaled to size one.
 
 use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 
 use super::{contact, solid};
 use crate::scene::Scene;
@@ -185,7 +186,7 @@ impl Surfaces {
         let frame = Frame::around(scene.faces.iter().flat_map(|f| f.vertices.iter().copied()));
         let mut list: Vec<Surface> = scene
             .faces
-            .iter()
+            .par_iter()
             .map(|f| {
                 let vertices: Vec<DVec3> = f.vertices.iter().map(|p| frame.to_local(*p)).collect();
                 let normal = frame.normal(&vertices, f.normal);
