@@ -57,8 +57,8 @@ pub(super) struct SetSums {
     /// Sums of squares of the mean over replicas: Y for every ray, the products of every two channels; bands for every
     /// fourth.
     square_y: Vec<f64>,
-    /// Sum of Y over the rays of which the squares were summed, with their number.
-    squared_y: (f64, u32),
+    /// Over the rays of which the squares were summed: their number, sum of Y, of its squares, of its cubes.
+    powers_y: [f64; 4],
     square_bands: Vec<f64>,
     squared: u32,
     /// Y by channel of rays that saw the sky in a mirror first, and of those that met the ground there or an outside surface
@@ -80,7 +80,7 @@ impl SetSums {
             main_xyz: vec![0.0; 4 * replicas * channels],
             twin_xyz: vec![0.0; 4 * of_twin * channels],
             square_y: vec![0.0; channels * channels],
-            squared_y: (0.0, 0),
+            powers_y: [0.0; 4],
             square_bands: vec![0.0; pad],
             squared: 0,
             seen_sky_y: vec![0.0; channels],
@@ -138,11 +138,21 @@ impl SetSums {
         sum / f64::from(self.rays.max(1))
     }
 
-    /// Variance of a ray's Y, all channels together, from the rays of which the squares were summed in a spectral run.
+    /// Variance of a ray's Y, all channels together, from the rays of which the squares were summed.
     pub(super) fn variance_y(&self) -> f64 {
-        let (sum, count) = (self.squared_y.0, f64::from(self.squared_y.1.max(1)));
-        let square = self.square_y.iter().sum::<f64>() / f64::from(SQUARES_EVERY) / count;
-        (square - (sum / count).powi(2)).max(0.0)
+        let [count, sum, squares, _] = self.powers_y;
+        (squares / count.max(1.0) - (sum / count.max(1.0)).powi(2)).max(0.0)
+    }
+
+    /// Square of the skewness of Y, all channels together, of one ray of these sets.
+    pub(super) fn square_of_skewness(sets: &[Self]) -> f64 {
+        let total = |power: usize| sets.iter().map(|s| s.powers_y[power]).sum::<f64>();
+        let count = total(0).max(1.0);
+        let [mean, square, cube] = [1, 2, 3].map(|power| total(power) / count);
+        let variance = square - mean * mean;
+        let third = cube - 3.0 * mean * square + 2.0 * mean.powi(3);
+        // A spread of rounding alone has no skewness.
+        if variance > 1e-12 * square { third * third / variance.powi(3) } else { 0.0 }
     }
 
     /// Mean square of a ray's value in a band, all channels together.
@@ -358,8 +368,8 @@ impl<'a> Gatherer<'a> {
         for (row, a) in sums.square_y.chunks_exact_mut(channels).zip(&self.eye) {
             row.iter_mut().zip(&self.eye).for_each(|(s, b)| *s += f64::from(*a) * f64::from(*b) * times);
         }
-        sums.squared_y.0 += self.eye.iter().map(|y| f64::from(*y)).sum::<f64>();
-        sums.squared_y.1 += 1;
+        let y = self.eye.iter().map(|y| f64::from(*y)).sum::<f64>();
+        sums.powers_y.iter_mut().zip([1.0, y, y * y, y * y * y]).for_each(|(sum, power)| *sum += power);
         if self.field.spectral && self.field.squares {
             sums.squared += 1;
             for (band, s) in sums.square_bands.iter_mut().take(self.field.optics.bands.len()).enumerate() {

@@ -173,6 +173,11 @@ impl SensorState {
         self.sums.iter().map(|s| f64::from(s.rays)).sum::<f64>().max(1.0)
     }
 
+    /// Square of the skewness of the mean of all rays.
+    fn skewness(&self) -> f64 {
+        SetSums::square_of_skewness(&self.sums) / self.total_rays()
+    }
+
     pub(super) fn readings_y(&self, optics: &Optics, levels: &[f64], quantity: usize) -> Readings {
         let mut r = Readings { memory: self.memory(quantity), ..Readings::default() };
         let (mut mean, mut square) = (0.0, 0.0);
@@ -187,6 +192,7 @@ impl SensorState {
             square += self.sums[a].mean_square_y(levels) / REPLICAS as f64;
         }
         r.naive = (square - mean * mean).max(0.0) / self.total_rays();
+        r.skewness = self.skewness();
         r
     }
 
@@ -204,6 +210,7 @@ impl SensorState {
             square += self.sums[a].mean_square(band) / REPLICAS as f64;
         }
         r.naive = (square - mean * mean).max(0.0) / self.total_rays();
+        r.skewness = self.skewness();
         r
     }
 }

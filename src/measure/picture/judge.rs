@@ -128,8 +128,9 @@ fn read(task: &Task<'_>, g: &mut Gatherer<'_>, x: DVec3, normal: DVec3, stream: 
     let optics = task.optics;
     let factors = g.direct(x, normal, stream);
     let direct = optics.xyz_of_direct(&factors, &[1.0])[1];
-    let mut reading = Readings { naive: 0.0, ..Readings::default() };
+    let mut reading = Readings::default();
     let (mut mean, mut square) = (0.0, 0.0);
+    let mut sets = Vec::with_capacity(REPLICAS);
     for a in 0..REPLICAS {
         let mut sums = SetSums::new(optics, REPLICAS, true);
         g.gather(x, normal.into(), seed(&[stream, a as u64]), (0, set), &mut sums);
@@ -140,7 +141,10 @@ fn read(task: &Task<'_>, g: &mut Gatherer<'_>, x: DVec3, normal: DVec3, stream: 
             mean += reflected / (REPLICAS * REPLICAS) as f64;
         }
         square += sums.mean_square_y(&[1.0]) / REPLICAS as f64;
+        sets.push(sums);
     }
-    reading.naive = (square - mean * mean).max(0.0) / f64::from(set * REPLICAS as u32);
+    let rays = f64::from(set * REPLICAS as u32);
+    reading.naive = (square - mean * mean).max(0.0) / rays;
+    reading.skewness = SetSums::square_of_skewness(&sets) / rays;
     reading
 }
